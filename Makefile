@@ -18,6 +18,8 @@ ALL = $(basename $(notdir $(wildcard studies/[abcd][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 # c1 is about measured logs, which are kept elsewhere: make reports LOGS=FOLDER. Without them it is skipped.
 export LOGS
+# a7 and a8 take the arm of a fit, and then have pages of their own: make reports FIT=arm.json (docs/howto/fit.md).
+export FIT
 SKIPPED = $(if $(LOGS),,$(filter c1_%,$(ALL)))
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
 CODE = workbench studies tests docs

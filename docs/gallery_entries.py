@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import workbench as wb
-from docs import loops
+from docs import fits, loops
 from docs.cards import Link, card, grid
 from docs.reference_groups import GROUPS
 
@@ -50,6 +50,8 @@ LINES = {  # of reports, in plain words
     "b2_sobol_cost": "A study of 12,288 runs: its time and its memory.",
     "b3_any_plant": "Eight plants under LQG and PID, with a page to turn each.",
     "b4_handover": "Six laws on compilers, microcontrollers and a browser, bit by bit.",
+    "c0_identify_arm": "The paper's arm, fitted to its own logs: what they tell, and what that is worth.",
+    "c1_real_logs": "Fits of measured logs on data that they did not see, beside published models.",
     "d0_frequency": "Linear answers of six laws beside their nonlinear runs.",
     "d1_benchmarks": "A batch of processes, robust benchmarks, and linear laws for the arm.",
     "p0_performance": "The speed of the engine and its errors, beside other tools.",
@@ -77,6 +79,7 @@ def gallery() -> str:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
     source_page("loops", ROOT / "docs" / "loops.py", "The loops of the gallery")
+    source_page("fits", ROOT / "docs" / "fits.py", "The fits of the gallery")
     about = "[How to read such a page, and to make your own](howto/live_pages.md)"
     parts = [
         "---\nhide-toc: true\n---\n# Gallery\n",
@@ -88,6 +91,9 @@ def gallery() -> str:
         "## Laws to play with\n",
         "The two-link arm of a paper, under each law of the catalogue.\n",
         grid([loop_card(name, LAWS.get(name, ""), {"play": shown}) for name, shown in loops.of_arms().items()]),
+        "## Fits to play with\n",
+        "The curve of a fitted model moves under the samples of its log.\n",
+        grid([fit_card(one) for one in fits.of_logs()]),
         "## Reports\n",
         "Each report answers one question. Most of them can be played with, too.\n",
         grid([report_card(path.parent) for path in sorted((ROOT / "reports").glob("*/index.html"))]),
@@ -137,10 +143,20 @@ def loop_card(title: str, line: str, loops_by_word: dict[str, Any], titles: dict
     return card(title, line, first.replace(".html", ".svg"), first, links)
 
 
+def fit_card(one: fits.FittedLog) -> str:
+    """Write the live page of a fit and its picture; a card that leads to it."""
+    page, stem = wb.fit_page(one.fit, one.title).text, re.sub(r"\W+", "-", one.title).lower()
+    (LOOPS / f"{stem}.html").write_text(page, encoding="utf-8")
+    (LOOPS / f"{stem}.svg").write_text(drawn(page), encoding="utf-8")
+    address = f"_static/loops/{stem}.html"
+    links = [Link("play", address), Link("code", "_studies/fits.html")]
+    return card(one.title, one.line, address.replace(".html", ".svg"), address, links)
+
+
 def drawn(page: str) -> str:
     """The first figure of a page, as a file of its own."""
     found = re.search(r'<figure[^>]*class="drawing".*?(<svg.*?</svg>)', page, re.S)
-    assert found, "a page of a loop draws its signals"
+    assert found, "the page of a loop or of a fit draws its signals"
     return found[1]
 
 

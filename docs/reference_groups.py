@@ -224,6 +224,9 @@ GROUPS = (
         {
             "Dataset": "Measured signals over time, with names, units and experiments.",
             "fit": "Parameters of a plant or a loop from a log, with their uncertainty.",
+            "fit_page": "The page of a fit: its misfit, numbers, residuals, and what another experiment brings.",
+            "fit_section": "The same as a section for the report of a study.",
+            "FittedParameters": "The parameters of a fit with their covariance, in a file and for studies.",
             "fit_inverse_dynamics": "The numbers of an arm, its frictions and drives from the torques of a log.",
             "identifiability": "Which parameters an experiment can tell apart.",
             "design_experiment": "Inputs that tell most within limits, and what they tell before they are run.",

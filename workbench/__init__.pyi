@@ -151,11 +151,13 @@ from workbench.handover.replays import replay
 from workbench.identification import filters as filters
 from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
-from workbench.identification.estimation import fit, identifiability
+from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
 from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
+from workbench.report.fit_page import fit_page
+from workbench.report.fit_section import fit_section
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
@@ -219,6 +221,7 @@ __all__ = [
     "Factor",
     "Finding",
     "FirstOrder",
+    "FittedParameters",
     "FrequencyCurve",
     "FullState",
     "FurutaPendulum",
@@ -307,6 +310,8 @@ __all__ = [
     "filters",
     "fit",
     "fit_inverse_dynamics",
+    "fit_page",
+    "fit_section",
     "fmu",
     "frequency",
     "h2_controller",

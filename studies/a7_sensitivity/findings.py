@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 import workbench as wb
+from studies.a7_sensitivity.fitted_derivatives import with_equal_ranges
 from studies.a7_sensitivity.late_errors import FEW, INDICES, OURS
 from studies.a7_sensitivity.results import (
     ROBUST,
@@ -18,8 +19,9 @@ from studies.a7_sensitivity.results import (
 )
 from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED_LAW, UNTIL
 from studies.paper.factors import SPAN, TOLERANCE, factor_phrase, group_of
+from studies.paper.fitted_arm import FIT
 
-ALIKE = f"{percent(TOLERANCE)} for all numbers"
+ALIKE = f"{percent(TOLERANCE)} for all numbers{'' if FIT is None else ' that are no estimates'}"
 
 
 def answer(laws: Mapping[str, LawResults]) -> str:
@@ -32,8 +34,8 @@ def answer(laws: Mapping[str, LawResults]) -> str:
 
     return (
         f"The arm causes {both(ours.shares, 'arm')} of the RMSE variance of {PROPOSED_LAW} at joints 1 and 2; the "
-        f"gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all vary by equal "
-        "percentages."
+        f"gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if "
+        f"{'all' if FIT is None else 'they'} vary by equal percentages."
     )
 
 
@@ -58,7 +60,10 @@ def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, 
     places = [ours.shares.factors.index(name) for name in names]
     spots = [ours.effects.factors.index(name) for name in names]
     effects = [ours.effects[output_name(metric, joint)].mu_star for joint in joints]
-    slopes = {"the exact gradient": near.equal, "slopes of runs over 1 %": near.of_runs.equal}
+    slopes = {
+        "the exact gradient": with_equal_ranges(ours.law, near),
+        "slopes of runs over 1 %": with_equal_ranges(ours.law, near.of_runs),
+    }
     return {
         ALIKE: totals_of(ours, ours.equal_shares, metric),
         **{

@@ -9,12 +9,18 @@ from studies.a7_sensitivity.results import ROBUST, LawResults, interval, leaders
 from studies.a7_sensitivity.second_looks import Later, heaviest_run, late_errors_of, redrawn_words
 from studies.a7_sensitivity.sweeps import HELD_FACTORS, LATE, PROPOSED_LAW, UNTIL
 from studies.paper.factors import factor_phrase, group_of
+from studies.paper.fitted_arm import FIT
 
 FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail
 LITTLE = 0.1  # of a variance, a part that is little
 EXACT = "The rivals have exact positions and velocities; AOSMC-RGS estimates its velocities from exact positions"
 OURS = "The law as repaired in report a1. Its observer has exact positions and the filtered true disturbance."
+RANGES = (
+    "The ranges: links and masses of arm and model vary by 10 % up and down, independently of each other."
+    if FIT is None
+    else "The ranges: the arm varies as its fit says, and links and masses of the model vary by 10 % up and down."
+)
 INDICES = (
     "from a Sobol design with a quadratic control variate, with 95 % intervals by the jackknife over its scrambles"
 )
@@ -55,8 +61,7 @@ def late_error_of(ours: LawResults, redraws: Later) -> wb.Finding:
         sample=f"{len(ours.indices):,} runs of the first scenario. Gains that vary: {', '.join(ours.groups['gains'])}; "
         f"{', '.join(kept)} stay at their values, as the screening found little effect.",
         information=OURS,
-        assumptions="The ranges: links and masses of arm and model vary by 10 % up and down, independently of each "
-        "other.",
+        assumptions=RANGES,
         answer=answer_for(high),
         variations=tuple(
             wb.Variation(words, answer_for(part), f"at most {100 * part:.1f} %")

@@ -8,13 +8,21 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity.results import LawResults
-from studies.a7_sensitivity.sweeps import LATE, STEPS, UNTIL, loop
-from studies.paper.factors import SEED, factors
+from studies.a7_sensitivity.sweeps import LATE, STEPS, UNTIL, factors, loop
+from studies.paper.factors import SEED
+from studies.paper.fitted_arm import unless_fitted
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it
 FROM, TO = 18.0, 20.0  # s: the later look at runs that are astray from `LATE` to `UNTIL`
 REDRAW_COUNT = 400  # sets of gains
+
+
+def rows_of_fit(runs: Numbers, ode: wb.Ode) -> tuple[wb.Array, wb.Array]:
+    """The parameters (N, np) and the initial states (N, nx) of runs whose factors are shares or directions of a fit."""
+    moved = tuple(factor for factor in factors(runs.law) if factor.name in runs.factors)
+    assert tuple(factor.name for factor in moved) == runs.factors
+    return wb.uncertainty.Space(moved, ode.parameters, ode.states).rows_at(runs.values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +33,7 @@ class Numbers:
     factors: tuple[str, ...]
     values: wb.Array
 
+    @unless_fitted(rows_of_fit)
     def rows(self, ode: wb.Ode) -> tuple[wb.Array, wb.Array]:
         """The parameters (N, np) and the initial states (N, nx) of these runs."""
         moved = tuple(factor for factor in factors(self.law) if factor.name in self.factors)

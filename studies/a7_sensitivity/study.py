@@ -9,6 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity import findings, late_errors, sweeps
+from studies.a7_sensitivity.fitted_derivatives import derivatives_of_fit
 from studies.a7_sensitivity.gradients import gradient_finding
 from studies.a7_sensitivity.results import (
     FLOOR,
@@ -19,16 +20,18 @@ from studies.a7_sensitivity.results import (
     interval,
     measure_stress,
     output_name,
-    percent,
     results_of,
     worst_runs,
 )
 from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED_LAW, SCENARIO, loop, sweep_name
+from studies.a7_sensitivity.sweeps import METRICS, PROPOSED_LAW, SCENARIO, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
+from studies.a7_sensitivity.varied_numbers import varied_section
 from studies.paper.citation import introduction
-from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factor_phrase, factors, group_of
+from studies.paper.factors import GROUPS, SEED, factor_phrase, group_of
+from studies.paper.fitted_arm import FIT
+from studies.paper.fitted_page import fitted_page, fitted_study
 from studies.paper.rest import REST, rest_section
 
 LEAST_PAIR_INDEX = 0.02  # of the variance, below which a pair is not worth a word
@@ -144,50 +147,6 @@ def groups_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     )
 
 
-def varied_section(laws: Mapping[str, LawResults]) -> wb.Section:
-    """The factors, their ranges, and those that the screening left at their values."""
-    text = (
-        "The card is the list of numbers in report a1. All factors are shares of these numbers, independent of one "
-        f"another. A number that the paper states varies by up to {percent(TOLERANCE)} up and down. An assumed number "
-        f"varies by a factor of {SPAN:g} up and down, uniformly on a logarithmic scale, or within the range on the "
-        "card if that is narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the "
-        "gains of the adaptive laws grow to several hundred N m. With a boundary layer of 0.01 rad/s, a gain of 300 N "
-        "m is stable only for steps below 0.02 ms; with longer steps a run chatters because of the step. So the "
-        "indices hold for these ranges, and not for wider ones. The arm and the law's model of it vary independently, "
-        "so the laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all models have its "
-        f"true value. PID has no model. Each of its three gains varies separately by a factor of {SPAN:g}. The pole "
-        "from which they follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
-    )
-    return wb.Section("The numbers that vary", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
-
-
-def ranges_table(law: str) -> wb.document.ReportTable:
-    ode = loop(law).ode()
-    space = wb.uncertainty.Space(factors(law), ode.parameters, ode.states)
-    return wb.uncertainty.factor_table(space, sweep_name(law, "ranges"), f"The numbers of {law} that vary.")
-
-
-def left_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
-    """The factors that the screening left at their values, compared with its rule."""
-    rows: list[tuple[wb.document.Cell, ...]] = []
-    for law, one in laws.items():
-        if not sweeps.HELD_FACTORS[law]:
-            continue
-        size, places = one.effects.mu_star, [one.effects.factors.index(name) for name in sweeps.HELD_FACTORS[law]]
-        most = size.value.max(axis=1, keepdims=True)
-        share, high = (float((part / most)[:, places].max()) for part in (size.value, size.high))
-        kept = "yes" if high < sweeps.SCREENING_SHARE else "no" if share >= sweeps.SCREENING_SHARE else "open"
-        rows.append((law, ", ".join(sweeps.HELD_FACTORS[law]), percent(share), percent(high), kept))
-    return wb.document.ReportTable(
-        "left",
-        "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
-        "relative to the largest mu* of the same output. 'At most' is the upper end of the interval of this ratio; by "
-        f"the rule it should be below {percent(sweeps.SCREENING_SHARE)}.",
-        tuple(map(wb.document.TableColumn, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
-        tuple(rows),
-    )
-
-
 def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) -> wb.Section:
     """Runs, failures, steps, and the runs with the largest TV beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
@@ -233,7 +192,7 @@ def works(results: wb.Results) -> tuple[wb.Work, ...]:
     worst = tuple(map(worst_runs, laws.values()))
     astray = tuple(runs for one in laws.values() for runs in suspects(one))
     return (
-        wb.Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0),
+        wb.Work("derivatives", derivatives if FIT is None else derivatives_of_fit, sweeps.LAWS, seconds=5.0),
         wb.Work("stress", measure_stress, worst, seconds=1.0),
         wb.Work("later", look_later, astray, seconds=20.0),
         wb.Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED_LAW]),), seconds=20.0),
@@ -252,7 +211,7 @@ def sections(results: wb.Results) -> wb.Page:
     pictures = indices_figure(ours, 0), bands_figure(laws)
     words = f"{late_errors.heaviest(ours.indices)} {redrawn_words(ours, redrawn)}"
     heavy = wb.Paragraph(words), late_errors.heavy_table(ours.indices)
-    return wb.Page(
+    page = wb.Page(
         findings.answer(laws),
         (
             findings.deciding_gain(ours, near[PROPOSED_LAW]),
@@ -272,6 +231,7 @@ def sections(results: wb.Results) -> wb.Page:
             rest(results),
         ),
     )
+    return fitted_page(page)
 
 
 study = wb.Study(
@@ -295,3 +255,4 @@ study = wb.Study(
     works=works,
     sweeps=tuple(sweep for law in sweeps.LAWS for sweep in sweeps.sweeps(law).values()),
 )
+study = fitted_study(study)

@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import workbench as wb
-from studies.paper.factors import SEED, TOLERANCE, factors
+from studies.paper import factors as card
+from studies.paper.factors import SEED, TOLERANCE
+from studies.paper.fitted_arm import fitted_factors, unless_fitted, with_fit, with_fit_in_case
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.rest import rest_case
 
@@ -53,8 +55,22 @@ HELD_FACTORS = {
 }
 
 
+def fitted_loop(law: str) -> wb.ClosedLoop:
+    """The loop of a law with the arm and the models of the fit."""
+    return with_fit(proposed_repaired(SCENARIO) if law == PROPOSED_LAW else rival(SCENARIO, law))
+
+
+@unless_fitted(fitted_loop)
 def loop(law: str) -> wb.ClosedLoop:
     return proposed_repaired(SCENARIO) if law == PROPOSED_LAW else rival(SCENARIO, law)
+
+
+def factors_of_fit(law: str) -> tuple[wb.Factor, ...]:
+    """The factors of a law with the directions of the fit in place of its numbers' ranges."""
+    return fitted_factors(card.factors(law), loop(law))
+
+
+factors = unless_fitted(factors_of_fit)(card.factors)
 
 
 def metrics(law: str) -> tuple[wb.metrics.AbstractMetric, ...]:
@@ -68,7 +84,7 @@ def own_numbers() -> tuple[wb.Case, ...]:
         wb.Case(SCENARIO, law, wb.Run(loop(law), metrics(law), UNTIL, CURVE_INTERVAL, STEPS[law] / 2), style=i)
         for i, law in enumerate(LAWS)
     )
-    return (*tracking, rest_case(STEPS[PROPOSED_LAW] / 2))
+    return (*tracking, with_fit_in_case(rest_case(STEPS[PROPOSED_LAW] / 2)))
 
 
 def free(law: str) -> tuple[wb.Factor, ...]:
@@ -77,7 +93,10 @@ def free(law: str) -> tuple[wb.Factor, ...]:
 
 def equal_ranges(law: str) -> tuple[wb.Factor, ...]:
     """The factors of the Sobol indices, the assumed ones within the range of the stated ones."""
-    return tuple(replace(factor, distribution=wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE)) for factor in free(law))
+    return tuple(
+        factor if factor.direction else replace(factor, distribution=wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE))
+        for factor in free(law)
+    )
 
 
 def sweep_name(law: str, kind: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 
 import workbench as wb
@@ -19,6 +20,7 @@ from studies.paper.entrants import (
     Information,
     Law,
 )
+from studies.paper.fitted_arm import FIT, with_fit
 from studies.paper.laws import mass_matrices, own_law
 from studies.paper.scenarios import HELD_OUT, Scenario
 
@@ -66,15 +68,24 @@ def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, wb.D
 
     The steady value solves (34) with P' = 0 for K(0) at the posture in which the scenario starts.
     """
-    whole = PROPOSAL.loop(scenario, numbers)
+    whole = with_fit(PROPOSAL.loop(scenario, numbers))
     less = whole.ablations()
     frozen = less[RICCATI].loop.controller
     still = replace(less[RICCATI].loop, controller=replace(frozen, P=steady_gain(scenario, numbers)))
     return less | {STEADY: replace(whole, loop=still)}
 
 
+def posture_matrix(model: wb.arms.AbstractArm, q: tuple[float, float]) -> wb.Array:
+    """M (2, 2) of a model in kg m^2 at the positions q."""
+    if FIT is None:
+        return np.asarray(mass_matrices(np.array([q]))[0], dtype=float)
+    pose = ca.SX.sym("q", 2)
+    M: wb.Array = np.array(ca.Function("M", [pose], [model.mass_matrix(pose)])(q))
+    return M
+
+
 def steady_gain(scenario: Scenario, numbers: Mapping[str, float]) -> wb.Array:
     """P (2, 2) in N m/rad that solves (34) with P' = 0 for K(0), at the posture in which a scenario starts."""
-    law = own_law(PROPOSAL.loop(scenario, numbers).loop)
-    A = -np.linalg.solve(mass_matrices(np.array([scenario.start]))[0], law.K)
+    law = own_law(with_fit(PROPOSAL.loop(scenario, numbers)).loop)
+    A = -np.linalg.solve(posture_matrix(law.model, scenario.start), law.K)
     return wb.riccati.care(A, np.diag(law.Lambda), law.Q, law.R).X

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.a8_fair_comparison.changes import SEEN_SCENARIOS, quote_names
+from studies.a8_fair_comparison.evidence import uncertain
 from studies.paper import scenarios
 from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSAL, READINGS
+from studies.paper.fitted_arm import FIT, with_fit
 from studies.paper.scenarios import HELD_OUT, TERMS
 
 # More than the card of the cost says; its own words are part of the objective of finished searches.
@@ -14,22 +16,30 @@ MEANINGS = {
     "scenario, 25 N m"
 }
 
+MODELS = (
+    "The model of a law has the paper's masses and lengths. The arm has other masses and lengths, and friction that no "
+    "model contains."
+)
+FITTED_MODELS = (
+    "The model of a law has the estimates of the fit. The arm is drawn as the fit says, and has friction that no model "
+    "contains."
+)
+
 
 def conditions_section() -> wb.Section:
     """All that is the same for all laws, and the measurements of each."""
     first = HELD_OUT[0]
-    loop = PROPOSAL.loop(first)
+    loop = with_fit(PROPOSAL.loop(first))
     equation = loop.ode()
-    drawn = wb.uncertainty.Space(scenarios.uncertain(first, loop), equation.parameters, equation.states)
+    drawn = wb.uncertainty.Space(uncertain(first, loop), equation.parameters, equation.states)
     return wb.Section(
         "What is the same for all laws",
         (
             wb.Paragraph(
-                "The model of a law has the paper's masses and lengths. The arm has other masses and lengths, and "
-                "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the four repairs "
-                "of a1. Observer (24) needs the unknown disturbance D and cannot be built; an observer of the momentum "
-                "takes its place. Its estimate D_hat is added to the torque of every law behind it. Observer (10) "
-                "starts with the true initial positions of the arm, as if its first reading had no noise."
+                f"{MODELS if FIT is None else FITTED_MODELS} PID is the only law without a model. AOSMC-RGS has the "
+                "four repairs of a1. Observer (24) needs the unknown disturbance D and cannot be built; an observer of "
+                "the momentum takes its place. Its estimate D_hat is added to the torque of every law behind it. "
+                "Observer (10) starts with the true initial positions of the arm, as if its first reading had no noise."
             ),
             wb.Paragraph(
                 "The computer integrates the memories of laws and observers by explicit Euler, except for the stiff "

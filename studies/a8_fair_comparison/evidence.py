@@ -22,10 +22,20 @@ from studies.paper.entrants import (
     READINGS,
     Entrant,
 )
-from studies.paper.scenarios import HELD_OUT, HORIZON, TERMS, Scenario, Term, metrics, uncertain
+from studies.paper.fitted_arm import FIT, fitted_factors, unless_fitted, with_fit
+from studies.paper.scenarios import HELD_OUT, HORIZON, TERMS, Scenario, Term, metrics
+from studies.paper.scenarios import uncertain as uncertain_on_paper
 
 DRAWS, DRAW_SEED = 160, 8  # of each scenario, and their seed
 REWEIGHTED_KEYS = (BOTH.key, READINGS.key)  # what is given to the laws that are judged with other weights, too
+
+
+def uncertain_of_fit(scenario: Scenario, loop: wb.DigitalLoop) -> tuple[wb.Factor, ...]:
+    """The factors that are drawn anew in each run, with the directions of the fit in place of its numbers' ranges."""
+    return fitted_factors(uncertain_on_paper(scenario, loop), loop)
+
+
+uncertain = unless_fitted(uncertain_of_fit)(uncertain_on_paper)
 
 
 def sweep(name: str, loop: wb.DigitalLoop, scenario: Scenario) -> wb.Sweep:
@@ -151,13 +161,24 @@ def losses(results: wb.Results) -> dict[tuple[str, str, str], LostRuns]:
 
 def works(results: wb.Results) -> tuple[wb.Work, ...]:
     """The lost runs again, with the memories near their exact flow."""
-    return (wb.Work("causes", cause_of, tuple(losses(results).values()), seconds=0.5),)
+    return (
+        wb.Work("causes", cause_of if FIT is None else cause_with_fit, tuple(losses(results).values()), seconds=0.5),
+    )
 
 
 def cause_of(runs: LostRuns) -> wb.evidence.Causes:
     """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
     scenario = next(one for one in HELD_OUT if one.name == runs.scenario)
     loop = next(one for one in ALL if one.key == runs.entrant).loop(scenario, dict(runs.best))
+    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
+    swept = sweep(name_of(scenario, runs.entrant), loop, scenario)
+    return wb.evidence.causes_in_sweep(swept, np.array(runs.runs), ways)
+
+
+def cause_with_fit(runs: LostRuns) -> wb.evidence.Causes:
+    """The causes of lost runs of loops that have the estimates of a fit."""
+    scenario = next(one for one in HELD_OUT if one.name == runs.scenario)
+    loop = with_fit(next(one for one in ALL if one.key == runs.entrant).loop(scenario, dict(runs.best)))
     ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
     swept = sweep(name_of(scenario, runs.entrant), loop, scenario)
     return wb.evidence.causes_in_sweep(swept, np.array(runs.runs), ways)

@@ -14,6 +14,7 @@ from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.costs import ACCEPTABLE, PRIMARY
 from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, FILTER, OBSERVER, READINGS, Information
 from studies.paper.entrants import PROPOSED_LAW as PROPOSED
+from studies.paper.fitted_page import fitted_page
 from studies.paper.rest import REST, rest_section
 from studies.paper.scenarios import HELD_OUT, PERIOD, TERMS
 
@@ -33,7 +34,7 @@ ORDER = (BOTH, *(given for given in ALL_INFORMATION if given != BOTH))  # as the
 
 def sections(results: wb.Results) -> wb.Page:
     held = evidence(results)
-    return wb.Page(
+    page = wb.Page(
         answer=findings.answer(held),
         findings=(
             findings.winner(held, BOTH),
@@ -64,6 +65,7 @@ def sections(results: wb.Results) -> wb.Page:
             rest(results),
         ),
     )
+    return fitted_page(page)
 
 
 def rest(results: wb.Results) -> wb.Section:

@@ -13,6 +13,8 @@ from studies.a8_fair_comparison.pages import sections
 from studies.paper.citation import introduction
 from studies.paper.costs import OTHERS, PRIMARY
 from studies.paper.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
+from studies.paper.fitted_arm import with_fit
+from studies.paper.fitted_page import fitted_study
 from studies.paper.rest import REST, UNTIL
 from studies.paper.scenarios import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 
@@ -25,7 +27,7 @@ TRAINING_SEED = 80  # of the noise of the first training scenario: no law is jud
 def trials(entrant: Entrant) -> tuple[wb.tuning.Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        wb.tuning.Trial(s.name, wb.Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD, seed=seed))
+        wb.tuning.Trial(s.name, wb.Run(with_fit(entrant.loop(s)), metrics(s), HORIZON, h=PERIOD, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 
@@ -55,10 +57,11 @@ def sweeps(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Swe
     """
     made = []
     for scenario in HELD_OUT:
-        loops = {one.key: one.loop(scenario, tuning_results[one.key].best) for one in (*ALL, *NEW)}
+        loops = {one.key: with_fit(one.loop(scenario, tuning_results[one.key].best)) for one in (*ALL, *NEW)}
         for one in run_again(tuning_results):
             loops |= {
-                one.key + kind: one.loop(scenario, best(tuning_results[one.key])) for kind, (_, best) in AGAIN.items()
+                one.key + kind: with_fit(one.loop(scenario, best(tuning_results[one.key])))
+                for kind, (_, best) in AGAIN.items()
             }
         loops |= as_tuned(scenario, tuning_results[PROPOSAL.key].best)
         made += [sweep(name_of(scenario, key), loop, scenario) for key, loop in loops.items()]
@@ -76,7 +79,7 @@ def cases(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Case
             scenario.name,
             one.name,
             wb.Run(
-                one.loop(scenario, tuning_results[one.key].best),
+                with_fit(one.loop(scenario, tuning_results[one.key].best)),
                 metrics(scenario),
                 HORIZON,
                 CURVE_INTERVAL,
@@ -87,7 +90,7 @@ def cases(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Case
         )
         for i, one in enumerate(ENTRANTS[BOTH.key])
     )
-    still = PROPOSAL.loop(scenario.at_rest, tuning_results[PROPOSAL.key].best)
+    still = with_fit(PROPOSAL.loop(scenario.at_rest, tuning_results[PROPOSAL.key].best))
     return (
         *tracking,
         wb.Case(REST, PROPOSAL.name, wb.Run(still, (wb.rmse(),), UNTIL, CURVE_INTERVAL, PERIOD / 2, seed=DRAW_SEED)),
@@ -119,3 +122,4 @@ study = wb.Study(
     sections=sections,
     seed=DRAW_SEED,
 )
+study = fitted_study(study)

@@ -43,6 +43,11 @@ CHECKSUMS = {
 }
 
 
+def name_of(file: str) -> str:
+    """The name of an excitation: the time of day at which it was recorded."""
+    return file.rpartition("/")[2][9:15]
+
+
 def read_folder(folder: str) -> tuple[dict[str, str], dict[str, str]]:
     """The paths of the logs in a folder whose checksums are right, and the checksums of the others."""
     paths, wrong = {}, {}

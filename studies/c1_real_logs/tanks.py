@@ -9,10 +9,12 @@ import numpy as np
 
 import workbench as wb
 from studies.c1_real_logs.logs import TANKS, log_path
+from studies.c1_real_logs.thin_summary import thin_out
 
 UNITS = {"u": "V", "h2": "V"}
 PERIOD, LIMIT = 4.0, 10.0  # s between samples, and V where the sensor ends
 EDGE, WEIR, SMALL = 0.1, 1.0, 0.1  # V of the edge of a tank, 1/s of its overflow, and V^0.5 that rounds the root at 0
+SHOWN = 4  # samples of the record for one in a picture
 FREE = ("k1", "k2", "k3", "k4", "k6", "d", "h1(0)", "h2(0)")
 
 
@@ -62,7 +64,7 @@ class TankFit:
     error: float
     hold_out_error: float  # of all samples of the second record, the model cut off at 10 V as the sensor is
     marked_samples: tuple[int, int]
-    warnings: str
+    summary: wb.identification.FitSummary
 
 
 def read() -> tuple[wb.Dataset, wb.Dataset]:
@@ -91,5 +93,5 @@ def tank_fit(what: str) -> TankFit:
         fit.root_mean_squares["h2"],
         float(np.sqrt(np.mean((model - measured) ** 2))),
         (counts[0], counts[1]),
-        " ".join(text for text in fit.warnings if not text.startswith("No sample was held out")),
+        thin_out(fit, SHOWN),
     )

@@ -180,9 +180,9 @@ CHAIT, CHIANG, STENGEL = "[4]", "[5]", "[6]"
 MOST, LEAST = "\N{LESS-THAN OR EQUAL TO}", "\N{GREATER-THAN OR EQUAL TO}"
 MASSES_QFT, MASSES_HINF = "two masses, QFT", "two masses, H-infinity"
 PUBLISHED = (
-    Problem("satellite loop", "spinning satellite", "Ms of each channel", 1.0, 2, f"{BOOK}, 3.7.1"),
-    Problem("satellite norm", "spinning satellite", "norm of T", 10.05, 2, f"{BOOK}, 3.7.1"),
-    Problem("satellite mu", "spinning satellite", "mu of both gains", 10.05, 2, f"{BOOK}, 3.7.1"),
+    Problem("satellite loop", "spinning satellite", "Ms of each channel", 1.0, 2, f"{BOOK}, 3.7.1", "=", False),
+    Problem("satellite norm", "spinning satellite", "norm of T", 10.05, 2, f"{BOOK}, 3.7.1", "=", False),
+    Problem("satellite mu", "spinning satellite", "mu of both gains", 10.05, 2, f"{BOOK}, 3.7.1", "=", False),
     Problem("column performance", "distillation column", "norm of w_P S", 0.5, 2, f"{BOOK}, 8.11.3"),
     Problem("column stability", "distillation column", "mu, robust stability", 0.53, 2, f"{BOOK}, 8.11.3"),
     Problem("column both", "distillation column", "mu, robust performance", 5.8, 1, f"{BOOK}, 8.11.3"),

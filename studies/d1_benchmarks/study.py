@@ -35,12 +35,12 @@ def answer(results: wb.Results, evidence: arm_section.ArmEvidence) -> str:
     """The answer of the page in at most forty words."""
     rows = batch_section.rows_of(results)
     gain = float(np.median(batch_section.quotient(rows, "PID", "PI", "ki")))
-    met, count = robust_section.count_met(results)
+    met, count = robust_section.count_read(results)
     less, more, _ = arm_section.counts(evidence.cost, arm_section.EQUAL)
     return (
-        f"A derivative multiplies the integral gain by {gain:.2g} in the median of {len(rows)} processes. "
-        f"{met} of {count} published figures are reached. Beside linear laws of equal crossovers and information, six "
-        f"laws cost less in {less} cases, more in {more}."
+        f"A derivative multiplies the integral gain by {gain:.2g} (median of {len(rows)} processes). {met} of {count} "
+        f"figures read in print are reached. Beside linear laws of equal crossovers and information, six laws cost "
+        f"less in {less} cases, more in {more}."
     )
 
 

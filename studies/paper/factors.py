@@ -23,6 +23,7 @@ PARTS = {
     "l1": ("lengths", "links[0].length"),
     "l2": ("lengths", "links[1].length"),
 }
+DIRECTION = "direction "  # before the number of a direction in which a fit moves numbers of the arm together
 MODEL = "model "  # before the name of a part of the arm: as the law believes it to be
 OF_MODEL = ("controller.model",)
 OF_BOTH_MODELS = ("controller.model", "observer.state.model")
@@ -106,6 +107,8 @@ def spread(entry: wb.provenance.CardEntry) -> wb.uncertainty.AbstractDistributio
 
 def factor_phrase(factor: str) -> tuple[str | wb.notation.Formula, ...]:
     """A factor as a page prints it."""
+    if factor.startswith(DIRECTION):
+        return (factor,)
     name = factor.removeprefix(MODEL)
     start = name.removesuffix("(0)")
     letter = start if start in WORDS else wb.notation.symbol(start)
@@ -116,4 +119,4 @@ def group_of(factor: str) -> str:
     """The group of a factor: gains, the arm with its disturbance, or the model."""
     if factor.startswith(MODEL):
         return "model"
-    return "arm" if factor in (*PARTS, "g", "D") else "gains"
+    return "arm" if factor in (*PARTS, "g", "D") or factor.startswith(DIRECTION) else "gains"

@@ -21,6 +21,8 @@ REPORTS = (
     "a8_fair_comparison",
     "a9_sampling",
     "b4_handover",
+    "c0_identify_arm",
+    "c1_real_logs",
     "d0_frequency",
     "d1_benchmarks",
 )

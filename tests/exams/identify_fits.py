@@ -13,7 +13,7 @@ from workbench.blocks.loop import open_loop
 from workbench.blocks.plants import OdePlant
 from workbench.core import Ode, layout
 from workbench.core.validation.refusals import Array
-from workbench.identification.datasets import Dataset
+from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 
 IDLE = "idle:1"  # the input of a plant that has none
@@ -35,6 +35,7 @@ def estimate(case: dict[str, Any], log: Dataset) -> dict[str, Any]:
         noise=noise,
         hold="hold" if case["hold"] == "zero" else "linear",
         hold_out=0.0,
+        answers=answers_to(case, log),
     )
     names = {f"{state}(0)": name for state, name in initial.items()}
 
@@ -47,6 +48,13 @@ def estimate(case: dict[str, Any], log: Dataset) -> dict[str, Any]:
         "intervals": by_name(found.intervals()),
         "warnings": found.warnings,
     }
+
+
+def answers_to(case: dict[str, Any], log: Dataset) -> dict[str, str]:
+    """The answers to the questions of the check of a log, which a case gives as it is to be fitted."""
+    inputs = [port.partition(":")[0] for port in case["inputs"] or (IDLE,)]
+    check = check_data(log, inputs=inputs, outputs=list(case["outputs"]), parameters=list(case["parameters"]))
+    return {one.name: "the exam gives this log to be fitted" for one in check.findings if one.severity == "question"}
 
 
 def identify(case: dict[str, Any]) -> dict[str, Any]:

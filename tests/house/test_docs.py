@@ -91,7 +91,15 @@ def arguments():
                 yield node.target.id
 
 
-OTHERS = {"PYTHON", "LOGS", "WORKBENCH_CACHE", "display_margins", "plot_phase", "returnall"}  # of make, of other tools
+OTHERS = {
+    "FIT",
+    "PYTHON",
+    "LOGS",
+    "WORKBENCH_CACHE",
+    "display_margins",
+    "plot_phase",
+    "returnall",
+}  # of make, of other tools
 
 
 def test_each_argument_that_a_page_names_is_declared_somewhere():

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import workbench as wb
-from docs.gallery_entries import LAWS, LINES, NOTEBOOKS, Notebook, notebook_card
+from docs import fits
+from docs.gallery_entries import LAWS, LINES, NOTEBOOKS, Notebook, fit_card, notebook_card
 from docs.loops import of_arms
 from docs.reference_groups import GROUPS
 from docs.reference_page import anchor, example, in_html
@@ -56,6 +57,16 @@ def missing(notebook):
 def test_the_files_of_each_notebook_are_there():
     assert missing(Notebook("", "", "docs/none.png", "none", "none.ipynb")) == ["docs/none.png", "none.ipynb", "none"]
     assert [name for notebook in NOTEBOOKS for name in missing(notebook)] == []
+
+
+def test_a_fit_has_a_card_with_its_live_page_and_its_picture(tmp_path, monkeypatch):
+    monkeypatch.setattr("docs.gallery_entries.LOOPS", tmp_path)
+    (one,) = fits.of_logs()
+    text = fit_card(one)
+    assert one.fit.warnings == ()
+    assert 'id="live"' in (tmp_path / "a-dc-motor-from-its-log.html").read_text(encoding="utf-8")
+    assert (tmp_path / "a-dc-motor-from-its-log.svg").read_text(encoding="utf-8").startswith("<svg")
+    assert "_static/loops/a-dc-motor-from-its-log.html" in text
 
 
 def test_a_notebook_has_a_card_with_its_page_and_its_file(tmp_path, monkeypatch):

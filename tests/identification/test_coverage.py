@@ -97,3 +97,56 @@ def test_intervals_from_a_closed_loop_hold_the_truth_as_often_as_they_say():
     truth = {"J": 0.01, "b": 0.1, "R": 1.0, "L": 0.5}
     shares = share_inside(wb.open_loop(wb.DCMotor()), closed_loop_logs(truth), truth)
     assert {name: share for name, share in shares.items() if not BAND[0] <= share <= BAND[1]} == {}
+
+
+def computer_logs(truth, is_fed_back):
+    """References, speeds and voltages of a motor under a PI law each 20 ms, whose command waits a period."""
+    t, h, K = 0.02 * np.arange(501), 0.02, 0.5
+    J, b, L, Kp = truth.values()
+    whole = expm(h * np.array([[-b / J, K / J, 0.0], [-K / L, -1.2 / L, 1.0 / L], [0.0, 0.0, 0.0]]))
+    reference = np.repeat(np.random.default_rng(4).choice([0.0, 2.0, 5.0], 26), 20)[:501]
+    for seed in range(COMPUTER_LOGS):
+        noise = np.random.default_rng(seed).standard_normal((len(t), 2)) * [0.1, 0.0 if is_fed_back else 0.02]
+        x, integral, waits, rows = np.zeros(2), 0.0, 0.0, []
+        for wanted, e in zip(reference, noise, strict=True):
+            error = wanted - x[0] - (e[0] if is_fed_back else 0.0)
+            v, waits = waits, Kp * error + integral
+            integral += h * 2.0 * error
+            rows.append((x[0] + e[0], v + e[1]))
+            x = (whole @ [*x, v])[:2]
+        omega, v = np.array(rows).T
+        signals = {"omega_ref": reference, "omega": omega, "v": v}
+        yield wb.Dataset.of(t, signals, {"omega_ref": "rad/s", "omega": "rad/s", "v": "V"})
+
+
+def computer_loop():
+    motor = wb.DCMotor(J=0.012, b=0.1, K=0.5, R=1.2, L=0.4)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=0.35, Ki=2.0)
+    closed = wb.ClosedLoop(motor, controller=law, reference=wb.Constant("omega", "rad/s", 0.0))
+    return closed.digital(0.02, delay=True, inputs=True)
+
+
+COMPUTER_LOGS = 300
+COMPUTER_BAND = binom.ppf([0.0005, 0.9995], COMPUTER_LOGS, 0.95) / COMPUTER_LOGS  # 90.3 % to 98.7 %
+COMPUTER_TRUTH = {"plant.J": 0.014, "plant.b": 0.08, "plant.L": 0.5, "controller.Kp[0]": 0.4}
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("kind", ["noise of the log", "noise fed back", "noise fed back, command too"])
+def test_intervals_from_a_loop_in_a_computer_hold_the_truth_or_the_fit_says_why_not(kind):
+    logs, inside, told = computer_logs(COMPUTER_TRUTH, kind != "noise of the log"), [], []
+    system = computer_loop()
+    for log in logs:
+        seen = log.select(["omega_ref", "omega"]) if kind == "noise fed back" else log
+        found = wb.fit(system, seen, list(COMPUTER_TRUTH), hold_out=0.0)
+        intervals = found.intervals()
+        inside.append([intervals[name][0] <= value <= intervals[name][1] for name, value in COMPUTER_TRUTH.items()])
+        told.append(any("residuals of omega" in one.about and not one.is_passed for one in found.residual_tests))
+    shares = np.mean(inside, axis=0)
+    if kind == "noise of the log":
+        assert ((COMPUTER_BAND[0] <= shares) & (shares <= COMPUTER_BAND[1])).all()
+    elif kind == "noise fed back":  # whose power the law takes away at the frequencies of the parameters
+        assert (shares >= COMPUTER_BAND[0]).all()
+    else:
+        assert (shares < COMPUTER_BAND[0]).any()
+        assert np.mean(told) > 0.99

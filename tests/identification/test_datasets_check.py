@@ -52,6 +52,8 @@ def test_quantised_signals_that_rest_or_turn_slowly_are_no_saturated_ones():
     swing = quantised(np.sin(3 * T), 0.02)
     rest = quantised(np.where(T < 2, 0.0, np.sin(T - 2) ** 3), 1e-3)
     assert check(good(omega=swing, i=rest)).findings == ()
+    pulses = np.where(np.arange(T.size) % 50 == 7, 1.0, 0.0) + 0.1 * np.sin(T)  # of one sample, but they are many
+    assert check(good(omega=pulses, i=np.clip(3.2 * np.sin(9 * T), -3.14, 3.14) * np.cos(T))).findings == ()
     step = np.where(T < 1, 0.0, 1 - np.exp(-(T - 1) / 0.05))  # at rest, at once in motion, and at rest for good
     assert check(good(omega=step, i=quantised(step, 1e-3))).findings == ()
 
@@ -70,6 +72,11 @@ ODD = {
         "question",
         "about 30 missing samples in all; the first gap is from 2 to",
     ),
+    "gap ": (
+        good(np.cumsum(np.random.default_rng(3).choice([0.01, 0.02], T.size, p=[0.85, 0.15]))),
+        "question",
+        "steps are longer than 0.0185 s, with about",
+    ),
     "missing samples: omega": (good(omega=np.where(T == 1, np.nan, np.sin(T))), "question", "first at 1 s"),
     "missing samples: v": (good(v=np.where(T == 1, np.nan, np.sign(np.sin(9 * T)))), "refused", "`log.resample`"),
     "constant signal: v": (good(v=np.full(T.size, 6.0)), "question", "constant at 6 in all 400 samples"),
@@ -85,6 +92,16 @@ ODD = {
         good(i=np.where((T > 1) & (T < 1.5), 0.25, np.cos(5 * T))),
         "question",
         "from 1.01 s on are stuck",
+    ),
+    "outliers: omega": (
+        good(omega=np.where((T == 1) | (T == 2.5), 9.0, np.sin(3 * T))),
+        "question",
+        "2 samples are farther from both neighbours than all others of 'log' go, first 9 at 1 s",
+    ),
+    "wrapped angle: i": (
+        good(i=np.mod(9 * T, 2 * np.pi), units=UNITS | {"i": "rad"}),
+        "question",
+        "jumps by a full turn 5 times in 'log', first behind 0.69 s: add the turns by `log.unwrap(['i'])`",
     ),
     "unit missing: omega": (good(units={"v": "V", "i": "A"}), "question", "The system has it in [rad/s]"),
     "unit of another kind: i": (good(units=UNITS | {"i": "kg"}), "refused", "has it in [kg], a unit of another kind"),

@@ -21,6 +21,10 @@ HEADS = {
     "time [s]\t v [V]\tomega [rad/s]": "\t",
     "# a comment\n\nt [s]; v [V]; omega [rad/s]": ";",
     '"t [s]","v [V]","omega [rad/s]"': ",",
+    "t (s),v (V),omega (rad/s)": ",",
+    "t [sec],v [V],omega [rad/s]": ",",
+    "t,v,omega\n[s],[V],[rad/s]": ",",
+    "sep=;\nt;v;omega\ns;V;rad/s": ";",
 }
 
 

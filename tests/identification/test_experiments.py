@@ -172,7 +172,7 @@ REFUSALS = {
     "fast harmonics": ({"harmonics": 50}, "below half of the 100 samples"),
     "no harmonic": ({"harmonics": [0]}, "at least one harmonic"),
     "step between samples": ({"steps": 3}, "multiple of the time between samples"),
-    "delay": ({"free": ("J", "delay of v")}, "does not design for delays"),
+    "delay of steps": ({"free": ("J", "delay of v")}, "with hold='linear' alone"),
     "noise": ({"noise": {"omega": 0.1}}, "there is none for 'i'"),
     "sign of noise": ({"noise": {"omega": 0.1, "i": 0.0}}, "positive standard deviations"),
     "known input": ({"free": ("v",)}, "cannot estimate 'v'"),

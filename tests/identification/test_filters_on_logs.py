@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import workbench as wb
 from tests.support.cases import heavy_but
 from tests.support.filter_runs import run
 from tests.support.observed import Oscillator, Pendulum, Swaying
@@ -261,3 +262,24 @@ def test_a_loop_with_its_computer_is_a_model_and_outputs_with_random_numbers_are
     assert answer.deviations[0, hat] < 2e-3 < 0.05 < np.sqrt(answer.P_predicted[1, hat, hat])
     with pytest.raises(ValueError, match="without random numbers, as v is their noise; those of p_error"):
         extended_kalman_filter(log, model, outputs=["p_error"])
+
+
+def test_a_compass_is_unwrapped_and_a_filter_says_where_it_is_not():
+    """A body turns by 20 rad, and its compass ends at pi."""
+    t = np.arange(200) * 0.1
+    heading = t + 0.02 * np.random.default_rng(3).standard_normal(t.size)
+    compass = np.mod(heading + np.pi, 2 * np.pi) - np.pi
+    compass[50] = np.nan
+    log = wb.Dataset.of(t, {"heading": np.degrees(compass)}, {"heading": "deg"})
+    ports = wb.layout(theta="deg", omega="deg/s"), wb.layout(), wb.layout(heading="deg")
+    body = wb.filters.DiscreteModel.of(*ports, lambda x, u: [x[0] + 0.1 * x[1], x[1]], lambda x, u: [x[0]])
+    model = wb.filters.StochasticModel(body, 1e-2 * np.eye(2), [[1.3]], x0=[0.0, 57.0], P0=100 * np.eye(2))
+    for filtered in (wb.filters.extended_kalman_filter, wb.filters.unscented_kalman_filter):
+        assert any("`log.unwrap(['heading'])`" in remark for remark in filtered(log, model).remarks)
+        whole = filtered(log.unwrap(["heading"]), model)
+        assert whole.remarks == ()
+        errors = np.abs(whole.x[:, 0] - np.degrees(t)) / whole.deviations[:, 0]
+        assert errors.max() < 4.5  # standard deviations, of 200 normal numbers
+    assert log.unwrap(["heading"]).notes[-1] == "Full turns were added to heading at 3 jumps."
+    with pytest.raises(ValueError, match=r"must name angles in rad, mrad, deg, .*; got \[V\]"):
+        wb.Dataset.of(t, {"v": t}, {"v": "V"}).unwrap(["v"])

@@ -1,11 +1,15 @@
 """Fits: the numbers come back, their errors are those of the theory, and what speaks against a fit is said."""
 
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import cont2discrete
 from scipy.stats import binom
 
 import workbench as wb
 from tests.support.motor_logs import FREE, MOTOR, START, TRUE, UNITS, T, V, X, log, motion, steps
+from workbench.core import Ode, layout
 from workbench.identification.estimation import fit, identifiability, simulate_log
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
@@ -21,6 +25,58 @@ def test_a_log_without_noise_gives_its_parameters_back():
     assert found.is_exact
     assert found.certificate.is_passed
     assert found.warnings == ()
+
+
+def test_modes_much_faster_than_the_samples_are_fitted_and_told():
+    """The current settles in a hundredth of a period, where Runge-Kutta steps of a sixteenth of it diverge."""
+    t, v = steps(61, 5, 0.1)
+    starts = {"J": 0.013, "R": 1.2, "L": 7e-4}
+    fast = {"J": 0.01, "R": 1.0, "L": 1e-3}
+    run = wb.open_loop(wb.DCMotor(L=fast["L"]))
+    data = log(t, v, motion(t, v, L=fast["L"]))
+    found = fit(run, data, tuple(fast), start=starts)
+    for name, value in fast.items():
+        assert found.values[name] == pytest.approx(value, rel=1e-6), name
+    assert identifiability(run, data, tuple(fast), ["omega", "i"]).is_complete
+
+
+def test_a_system_without_inputs_is_fitted_from_its_free_motion():
+    """Prey and hunters after Lotka and Volterra, by another program."""
+    x, t, p = ca.SX.sym("x", 2), ca.SX.sym("t"), ca.SX.sym("p", 2)
+    states, own = layout(n=("", 12.0), q=("", 4.0)), layout(a=("1/s", 0.8), d=("1/s", 0.3))
+    rate = ca.vertcat(p[0] * x[0] - 0.1 * x[0] * x[1], 0.05 * x[0] * x[1] - p[1] * x[1])
+    ode = Ode("prey", states, own, layout(prey="", hunters=""), t, x, p, rate, x)
+    run = solve_ivp(
+        lambda s, z: [0.9 * z[0] - 0.1 * z[0] * z[1], 0.05 * z[0] * z[1] - 0.5 * z[1]],
+        (0, 20), [12.0, 4.0], "DOP853", np.linspace(0, 20, 101), rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    log = wb.Dataset.of(run.t, {"prey": run.y[0], "hunters": run.y[1]}, {"prey": "1", "hunters": "1"})
+    found = fit(ode, log, ("a", "d"), hold_out=0.0)
+    assert found.values == pytest.approx({"a": 0.9, "d": 0.5}, rel=1e-7)
+    assert identifiability(ode, log, ("a", "d"), ["prey"]).is_complete
+
+
+def test_small_smooth_residuals_are_searched_for_a_better_minimum():
+    """The single search ends at residuals of 1e-5 of the spread, which no sensor has; the log is explained exactly."""
+
+    def rate(t, x, u, p, m):
+        first = p.c1 * u[0] - p.a2 * x[0], p.c2 * x[0] + u[0] - p.a3 * x[1]
+        return [*first, 2 * x[1] - p.a4 * x[2], x[2] + x[0] - p.a5 * x[3]]
+
+    t = np.arange(161) * 0.1
+    u = np.repeat(np.random.default_rng(4).uniform(-1, 1, (2, 21))[1], 8)[: t.size]
+    A = np.array([[-2.0, 0, 0, 0], [0.4, -3.0, 0, 0], [0, 2.0, -1.5, 0], [1.0, 0, 1.0, -0.7]])
+    Ad, Bd, *_ = cont2discrete((A, np.array([[0.6], [1.0], [0.0], [0.0]]), np.eye(4), np.zeros((4, 1))), 0.1)
+    x = np.zeros((t.size, 4))
+    for k in range(t.size - 1):
+        x[k + 1] = Ad @ x[k] + Bd[:, 0] * u[k]
+    starts = layout(a2=("", 1.0), a3=("", 4.5), a4=("", 0.75), a5=("", 1.05), c1=("", 0.3), c2=("", 0.6))
+    plant = wb.OdePlant.of(rate, ("x1", "x2", "x3", "x4"), ("u",), ("x4",), p=starts, x0=np.zeros(4))
+    log = wb.Dataset.of(t, {"u": u, "x4": x[:, 3]}, {"u": "1", "x4": "1"})
+    found = fit(wb.open_loop(plant), log, starts.names, hold_out=0.0)
+    assert found.is_exact
+    assert found.end.shooting == "a random start"
+    assert found.values["a3"] == pytest.approx(3.0, rel=1e-6)  # the only lag that no other can stand for
 
 
 def test_a_delay_an_offset_a_scale_and_an_initial_state_come_back_too():
@@ -107,6 +163,12 @@ def test_what_a_speed_alone_cannot_tell_is_refused_by_name():
     assert identifiability(MOTOR, data, ("J", "b"), ["omega"]).is_complete
 
 
+def test_noise_that_is_not_in_the_log_is_said_first():
+    found = fit(MOTOR, log(T, V, X, noise=0.3), FREE, noise={"omega": 0.3, "i": 300.0})
+    assert found.warnings[0].startswith("The noise that was given does not explain 'i': the residuals are 0.00")
+    assert "'omega'" not in found.warnings[0] + found.warnings[1]
+
+
 def test_data_of_another_system_are_said_first():
     swinging = X + np.column_stack([np.sin(9 * T), np.zeros_like(T)])
     found = fit(MOTOR, log(T, V, swinging), FREE, noise={"omega": 0.1, "i": 0.1})
@@ -148,7 +210,7 @@ def test_two_experiments_share_parameters_and_have_initial_states_of_their_own()
         ({"free": ("j",)}, "There is no 'j'"),
         ({"free": ()}, "at least one unknown number"),
         ({"free": ("J", "J")}, "more than once"),
-        ({"free": ("v",)}, "the log gives"),
+        ({"free": ("v",)}, "is an input and known"),
         ({"noise": {"omega": 0.1}}, "each output"),
         ({"hold_out": 1.0}, "below 1"),
         ({"start": {"J": -1.0}}, "J"),
@@ -159,6 +221,22 @@ def test_what_cannot_be_fitted_is_refused_by_name(changes, words):
     arguments = {"free": FREE, **changes}
     with pytest.raises((ValueError, LookupError), match=words):
         fit(MOTOR, log(T, V, X), **arguments)
+
+
+def test_a_refusal_names_the_call_that_was_made():
+    data, alone = log(T, V, X), wb.Dataset.of(T, {"omega": X[:, 0]}, {"omega": "rad/s"})
+    plan = {"noise": {"omega": 0.01}, "limits": {"v": (-12.0, 12.0)}, "until": 4.0, "every": 0.05}
+    for free, words in (((), "at least one"), (("J", "J"), "once"), (("v",), "is an input")):
+        with pytest.raises(ValueError, match=rf"`identifiability\(free=...\)`.*{words}"):
+            identifiability(MOTOR, data, free, ["omega"])
+        with pytest.raises(ValueError, match=rf"`design_experiment\(free=...\)`.*{words}"):
+            wb.design_experiment(MOTOR, free, ["v"], ["omega"], **plan)
+    with pytest.raises(LookupError, match=r"outputs of `identifiability\(...\)`"):
+        identifiability(MOTOR, data, ("offset of i",), ["omega"])
+    with pytest.raises(ValueError, match=r"`identifiability\(dataset=...\)`.*none for 'v'.*by `start`"):
+        identifiability(MOTOR, alone, ("J",), ["omega"])
+    with pytest.raises(ValueError, match=r"`simulate_log\(dataset=...\)`.*none for 'v'.*by `values`"):
+        simulate_log(MOTOR, alone, ["omega"])
 
 
 def test_a_log_without_its_input_and_one_of_another_unit_are_refused():
@@ -191,7 +269,7 @@ def test_a_closed_loop_is_fitted_to_what_it_shows_and_a_name_stands_for_its_only
 def test_a_plant_that_is_no_system_and_a_log_in_other_seconds_are_told_what_to_do():
     with pytest.raises(ValueError, match="open_loop"):
         fit(wb.DCMotor(), log(T, V, X), ("J",))
-    with pytest.raises(ValueError, match="unit of the log's times"):
+    with pytest.raises(ValueError, match="say whether its unit of time is s"):
         fit(MOTOR, log(1000 * T, V, X), ("J",))
 
 

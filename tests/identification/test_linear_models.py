@@ -168,14 +168,14 @@ def test_a_root_of_the_noise_model_at_the_unit_circle_is_held_there_and_said():
 T = PERIOD * np.arange(200)
 U = np.random.default_rng(11).normal(size=200)
 Y = lfilter([0, 0.5], [1, -0.8], U)
-NAN = np.where(np.arange(200) == 70, np.nan, Y)
+NAN = np.where(np.arange(200) == 70, np.nan, U)
 GAP = np.concatenate([T[:100], T[100:] + 5.0])
 
 
 @pytest.mark.parametrize(
     ("t", "u", "y", "said"),
     [
-        (T, U, NAN, "1 of 'y' in 'log' are missing or marked, the first (missing) at 7 s"),
+        (T, NAN, Y, "1 of 'u' in 'log' are missing or marked, the first (missing) at 7 s"),
         (GAP, U, Y, "needs a constant period"),
         (T[::-1], U, Y, "needs times that rise"),
         (T, np.ones(200), Y, "'u' is constant"),

@@ -4,9 +4,10 @@ from itertools import pairwise
 import matplotlib
 import numpy as np
 import pytest
+from scipy import stats
 
 from workbench.core.notation.formula import Matrix, Number, symbol
-from workbench.report.figures.curves import crop_curves, thin_curves
+from workbench.report.figures.curves import crop_curves, thin_curves, thin_dots
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.pen import Pen
 from workbench.report.figures.rulers import Ruler
@@ -23,6 +24,24 @@ def figure(*series, name="torque", **panel):
 
 def chatter(t):
     return np.sin(t) + np.sign(np.sin(2 * np.pi * 400 * t + 0.3))
+
+
+def test_dots_scatter_as_the_points_do_of_which_they_are_some():
+    x, logs = np.arange(20_000.0), [np.random.default_rng(seed).standard_normal(20_000) for seed in range(40)]
+    drawn = [thin_dots((x, y), 600) for y in logs]
+    assert all(590 <= len(some) <= 602 for _, some in drawn)
+    assert all({y.min(), y.max()} <= {*some} for y, (_, some) in zip(logs, drawn, strict=True))
+    p_values = [stats.kstest(some, "norm").pvalue for _, some in drawn]
+    assert stats.kstest(p_values, "uniform").pvalue > 1e-3  # as those of normal numbers are
+    extremes = thin_curves((x, logs[0]), 600)[1]
+    assert stats.kstest(extremes, "norm").pvalue < 1e-9  # a hole about zero
+
+
+def test_the_dots_of_a_sine_are_its_own_at_any_period():
+    t = np.arange(12_000.0)
+    for period in (20.0, 40.0, 7.3):
+        _, some = thin_dots((t, np.sin(2 * np.pi * t / period)), 600)
+        assert abs(np.std(some) - np.sqrt(0.5)) < 0.05  # evenly spaced points would show a straight line
 
 
 def test_the_same_figure_gives_the_same_bytes():

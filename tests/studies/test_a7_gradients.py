@@ -7,8 +7,9 @@ import pytest
 
 from studies.a7_sensitivity.gradients import gap, gradient_finding
 from studies.a7_sensitivity.results import leaders
-from studies.a7_sensitivity.study import acting_pairs, left_table
+from studies.a7_sensitivity.study import acting_pairs
 from studies.a7_sensitivity.sweeps import PROPOSED_LAW, metrics
+from studies.a7_sensitivity.varied_numbers import left_table
 from tests.support.drawn_indices import SOME, local, made, usual, widened
 from workbench.study.uncertainty import Estimate
 

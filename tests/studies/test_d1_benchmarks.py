@@ -11,7 +11,7 @@ from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, crossovers, entran
 from studies.d1_benchmarks.batch import COUNT_IN_PRINT, FORMULAS, batch
 from studies.d1_benchmarks.batch_designs import LIMIT, designs
 from studies.d1_benchmarks.robust_problems import COMPLEIB, PUBLISHED, Bounds, figure_of
-from studies.d1_benchmarks.robust_section import agrees
+from studies.d1_benchmarks.robust_section import Score, agrees
 from studies.paper.scenarios import HELD_OUT
 
 ROOT = Path(__file__).parents[2]
@@ -97,6 +97,11 @@ def test_a_requirement_is_kept_by_both_bounds_or_missed():
     assert not agrees(most, Bounds(2.2, 2.26))
     assert agrees(least, Bounds(2.0, 2.1))
     assert not agrees(least, Bounds(1.99, 2.1))
+
+
+def test_figures_that_are_quoted_from_memory_are_counted_apart():
+    score = Score.of([(True, True), (True, False), (False, True)])
+    assert (score.read, score.from_memory) == ((1, 2), (1, 1))
 
 
 def test_the_structured_problems_were_chosen_with_a_source():

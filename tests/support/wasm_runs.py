@@ -18,10 +18,10 @@ def unpacked(text):
 
 
 class Kernel:
-    """A march of a page, in a memory of its own."""
+    """A march of a page, in a memory of its own; `record` has the recorded numbers (N, nd) of its steps."""
 
-    def __init__(self, code, march, rows):
-        self.march = march
+    def __init__(self, code, march, rows, record=None):
+        self.march, self.record = march, record
         sizes = {
             "runs": 1,
             "constants": len(march["constants"]),
@@ -30,6 +30,7 @@ class Kernel:
             "table": march["table"] * STEPS,
             "x": march["states"],
             "out": march["states"] * rows,
+            "record": 0 if record is None else record.size,
         }
         self.at, end = {}, 1024
         for name, size in sizes.items():
@@ -50,11 +51,14 @@ class Kernel:
             self.memory.write(self.store, np.array(numbers, dtype=float).tobytes(), at[name])
         self.memory.write(self.store, bytes(8), at["runs"])  # run 0
         arrays = [at[name] for name in ("runs", "constants", "p", "scratch", "table", "x", "out")]
+        if self.record is not None:
+            self.memory.write(self.store, np.ascontiguousarray(self.record).tobytes(), at["record"])
         for row in range(rows):
             for past in range(0, stride, STEPS):
                 steps, k = min(STEPS, stride - past), begin + row * stride + past
                 if march["table"]:
                     self.functions["workbench_table"](self.store, steps, k, at["constants"], at["p"], at["table"])
-                self.functions["workbench_piece"](self.store, 1, 1, steps, k, row, rows, seed, *arrays)
+                here = [] if self.record is None else [at["record"] + 8 * k * self.record.shape[1]]
+                self.functions["workbench_piece"](self.store, 1, 1, steps, k, row, rows, seed, *arrays, *here)
         end = at["out"] + 8 * rows * march["states"]
         return np.frombuffer(self.memory.read(self.store, at["out"], end), float).reshape(rows, -1).copy()

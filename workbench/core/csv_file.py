@@ -7,7 +7,7 @@ import gzip
 import io
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import count, takewhile
 from pathlib import Path
@@ -97,7 +97,7 @@ class CsvFile:
         """The times of the lines in s, (m,), from a column, by default `t` or `time`, or from a period in s."""
         if column is not None and not isinstance(column, str):
             return np.arange(float(len(self.lines))) * seconds("Table.from_csv(time=...)", column)
-        if column is None and (own := [name for name in self.names if name.lower() in TIMES]):
+        if column is None and (own := time_names(self.names)):
             column = own[0]
         if column is None:
             raise ValueError(
@@ -158,6 +158,15 @@ def name_and_unit(cell: str) -> tuple[str, str]:
         return cell, ""
     unit = found[3].strip()
     return found[1], "1" if unit == "-" else unit
+
+
+def time_names(names: Iterable[str]) -> list[str]:
+    """The names `t` and `time` among some names; if there is none, those that differ from them in capitals.
+
+    `T` beside `t` is a temperature or a torque, and `T` alone may be the time.
+    """
+    own = list(names)
+    return [name for name in own if name in TIMES] or [name for name in own if name.lower() in TIMES]
 
 
 def number_of(cell: str) -> float | None:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from workbench.core.layout import Layout
-from workbench.core.validation.refusals import Array, Integers, finite, nearest, numbers
+from workbench.core.validation.refusals import Array, Integers, finite, matrix, nearest, numbers
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import AbstractDistribution
 
@@ -153,19 +153,31 @@ class Space:
         ValueError
             If the points are not (B, d) in the unit cube, or if a row is not allowed.
         """
-        points = self._cube("rows", points)
-        rows = np.tile(self._central, (len(points), 1))
-        for factor, places, u in zip(self.factors, self.places, points.T, strict=True):
-            values = factor.distribution.quantile(u)[:, np.newaxis]
-            if not np.isfinite(values).all():
+        values = self.values(points)
+        for factor, column in zip(self.factors, values.T, strict=True):
+            if not np.isfinite(column).all():
                 raise ValueError(
                     f"`rows(points)` needs a bounded distribution where a design goes to its ends; that of "
                     f"'{factor.name}' has none: cut it off by `low` and `high`."
                 )
+        return self.rows_at(values)
+
+    def rows_at(self, values: Array) -> tuple[Array, Array]:
+        """Parameters (B, np) and initial states (B, nx) of the runs at values (B, d) of the factors themselves.
+
+        Raises
+        ------
+        ValueError
+            If the values are not (B, d) finite numbers, or if a row is not allowed.
+        """
+        columns = matrix("rows_at(values)", values, columns=len(self.factors))
+        rows = np.tile(self._central, (len(columns), 1))
+        for factor, places, own in zip(self.factors, self.places, columns.T, strict=True):
+            held = own[:, np.newaxis]
             if factor.direction is not None:
-                rows[:, places] += values * np.array(factor.direction.changes)
+                rows[:, places] += held * np.array(factor.direction.changes)
             else:
-                rows[:, places] = values * self._default[places] if factor.share else values
+                rows[:, places] = held * self._default[places] if factor.share else held
         split = self.parameters.size
         try:
             self._check(rows)

@@ -17,8 +17,9 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "datasets": "Dataset Experiment",
-    "estimation": "Bootstrap Fit FitCertificate Identifiability ProfileLikelihood ResidualTest fit identifiability "
-    "simulate_log",
+    "estimation": "Bootstrap Fit FitCertificate FittedParameters Identifiability ProfileLikelihood ResidualTest fit "
+    "identifiability simulate_log",
     "experiments": "DesignCertificate ExperimentDesign design_experiment",
+    "summaries": "FitSummary",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

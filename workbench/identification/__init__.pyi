@@ -5,6 +5,7 @@ from workbench.identification.estimation import (
     Bootstrap,
     Fit,
     FitCertificate,
+    FittedParameters,
     Identifiability,
     ProfileLikelihood,
     ResidualTest,
@@ -13,6 +14,7 @@ from workbench.identification.estimation import (
     simulate_log,
 )
 from workbench.identification.experiments import DesignCertificate, ExperimentDesign, design_experiment
+from workbench.identification.summaries import FitSummary
 
 __all__ = [
     "Bootstrap",
@@ -22,6 +24,8 @@ __all__ = [
     "ExperimentDesign",
     "Fit",
     "FitCertificate",
+    "FitSummary",
+    "FittedParameters",
     "Identifiability",
     "ProfileLikelihood",
     "ResidualTest",

@@ -55,7 +55,7 @@ class JointTerms:
 
     @check_arguments
     def direction(self, qd: ca.SX) -> ca.SX:
-        """s(qd)."""
+        """The sign s(qd), (1, 1), smoothed if `smoothing` is given."""
         return ca.tanh(qd / self.smoothing) if self.smoothing else ca.sign(qd)
 
     def columns(self, qd: ca.SX, qdd: ca.SX, length: str, force: str) -> dict[str, tuple[str, ca.SX]]:

@@ -8,6 +8,7 @@ circle of a discrete loop becomes the axis by z = (1 + v) / (1 - v). With a dela
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from workbench.core.validation.refusals import positive
@@ -41,6 +42,7 @@ from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
 from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.rational_peaks import largest_ratio
+from workbench.design.frequency.rounded_crossovers import doubt_words, doubtful_crossovers, with_doubt
 
 if TYPE_CHECKING:
     import control
@@ -54,8 +56,8 @@ def stability_margins(
 ) -> StabilityMargins:
     """The margins of the negative feedback of a loop L with one channel, continuous or discrete, with an exact delay.
 
-    Up to 40 states the bounds are proved. For a `StateSpace` with more states they are estimates, and `remarks` says
-    so.
+    Up to 40 states the bounds are proved for the numbers as written, else `remarks` calls them estimates. A phase
+    crossover of a `StateSpace` that another last digit of its matrices may undo is in `remarks`, and not listed.
 
     Parameters
     ----------
@@ -96,8 +98,16 @@ def stability_margins(
     stable, gains = is_stable(given), unit_gain_crossovers(given)
     late = late_loop(given) if given.delay and given.numerator else None
     phases = real_crossovers(given) if late is None else phase_crossovers(late, band or _band(given, gains))
+    doubtful = doubtful_crossovers(loop, given, phases) if loop.nstates and late is None and not loop.dt else []
+    phases = [row for row in phases if row not in doubtful]
     margins = _margins(given, late, gains, phases) if stable else None
-    return StabilityMargins(stable, tuple(row for _, row in gains), tuple(phases), margins, _remarks(given))
+    remarks = _remarks(given)
+    if doubtful:
+        remarks = (*remarks, doubt_words(doubtful))
+        if margins is not None:
+            low, high = with_doubt(margins.gain_low, margins.gain_high, doubtful)
+            margins = replace(margins, gain_low=low, gain_high=high)
+    return StabilityMargins(stable, tuple(row for _, row in gains), tuple(phases), margins, remarks)
 
 
 def _band(loop: AxisLoop, gains: list[tuple[UnitGain, Crossover]]) -> float:

@@ -17,7 +17,9 @@ from workbench.identification.datasets.signal_checks import (
     check_constant,
     check_excitation,
     check_missing,
+    check_outliers,
     check_saturated,
+    check_wrapped,
 )
 from workbench.identification.datasets.system_checks import (
     check_length,
@@ -130,7 +132,7 @@ def check_data(
     x: Array | None = None,
     p: Array | None = None,
 ) -> DataCheck:
-    """The check of a log before a fit: time, gaps, missing, constant and saturated signals, units, length, excitation.
+    """The check of a log before a fit: time, gaps, units, length, excitation, and samples that cannot be right.
 
     A log whose check is not passed is not fitted: what is refused must be mended, and a question must be answered.
 
@@ -228,6 +230,8 @@ def _of_samples(dataset: Dataset, inputs: list[str], outputs: list[str], rate: f
             yield from check_constant(experiment, column, driving)
         for column in answering:
             yield from check_saturated(experiment, column)
+            yield from check_wrapped(experiment, column)
+            yield from check_outliers(experiment, column)
 
 
 def _of_amounts(dataset: Dataset, inputs: list[str], outputs: list[str], unknowns: int) -> Iterable[DataFinding]:

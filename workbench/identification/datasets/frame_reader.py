@@ -13,11 +13,11 @@ from workbench.identification.datasets.log_columns import LogChoice, LogColumns
 if TYPE_CHECKING:
     import pandas as pd
 
-EPOCH = "The times are count_text from {}, the first of the log."
+EPOCH = "The times are counted from {}, the first of the log."
 
 
 def read_frame(frame: pd.DataFrame, choice: LogChoice) -> LogColumns:
-    """The columns of a table, whose times are a column or the index; dates are count_text from the first one."""
+    """The columns of a table, whose times are a column or the index; dates are counted from the first one."""
     import pandas as pd
 
     require(choice.call, frame, pd.DataFrame)

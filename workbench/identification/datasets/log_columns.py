@@ -9,14 +9,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core import Entry, Layout
-from workbench.core.csv_file import TIMES, name_and_unit
-from workbench.core.units import checked_unit, join_units, read
+from workbench.core.csv_file import TIMES, name_and_unit, time_names
+from workbench.core.units import BASE, DERIVED_UNITS, UnitError, checked_unit, join_units, read
 from workbench.core.validation.refusals import Array, describe, known_name, seconds
 from workbench.identification.datasets.experiment import Experiment
+from workbench.identification.datasets.unit_scales import WORDS
 
 MOST_NUMBERS = 2**27  # of one log in memory, 1 GiB
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "\N{MICRO SIGN}s": 1e6, "\N{GREEK SMALL LETTER MU}s": 1e6, "ns": 1e9}
 SECONDS = {"min": 60.0, "h": 3600.0}
+TIME_WORDS = {  # that logs use for these units
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "msecs", "millis", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("usec", "usecs", "micros", "microsecond", "microseconds"), "us"),
+    **dict.fromkeys(("nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"), "ns"),
+    **dict.fromkeys(("mins", "minute", "minutes"), "min"),
+    **dict.fromkeys(("hr", "hrs", "hour", "hours"), "h"),
+}
+KNOWN = {*BASE, *DERIVED_UNITS, *WORDS, *PER_SECOND, *SECONDS, *TIME_WORDS}
+LONGEST_NAME = 60  # characters of a name in a message
+ROUND = re.compile(r"(.*\S)\s+\(([^()]+)\)", re.S)  # a name, and its unit in round brackets
 INDEX = re.compile(r"(.*)\[(\d+)\]", re.S)
 
 
@@ -45,7 +57,7 @@ class LogChoice:
 
         A column goes by its head, by the name in its head, or by its new name; `q` stands for all of q[0], q[1], ...
         """
-        own = {head: name_and_unit(head) for head in heads if head and head not in never}
+        own = {head: head_parts(head) for head in heads if head and head not in never}
         new = {head: name for head, (name, _) in own.items()}
         for old, name in (self.names or {}).items():
             new |= dict.fromkeys(_columns_called(self, old, own, new), name)
@@ -74,21 +86,22 @@ class LogChoice:
             )
         return unit
 
-    def time_head(self, heads: Sequence[str]) -> str | None:
-        """The head of the column of time, or None if `time` is a period."""
+    def time_head(self, heads: Sequence[str], advice: str = "") -> str | None:
+        """The head of the column of time, or None if `time` is a period; `advice` ends the refusal of another table."""
         if self.time is not None and not isinstance(self.time, str):
             return None
-        own = {head: name_and_unit(head)[0] for head in heads if head}
+        own = {head: head_parts(head)[0] for head in heads if head}
         if self.time is not None:
             known_name(self.time, [*own.values(), *own], f"columns of {self.source}")
             return next(head for head in own if self.time in (head, own[head]))
-        times = [head for head, name in own.items() if name.lower() in TIMES]
+        names = time_names(own.values())
+        times = [head for head, name in own.items() if name in names]
         if len(times) == 1:
             return times[0]
-        listed = ", ".join(map(repr, list(own.values())[:12]))
+        listed = ", ".join(describe(name, LONGEST_NAME) for name in list(own.values())[:12])
         raise ValueError(
             f"`{self.call}` must have one column of time called 't' or 'time'; {self.source} has {listed}: name it "
-            "by `time`, or give the period in s there."
+            f"by `time`, or give the period in s there{advice}."
         )
 
     def seconds(self, head: str | None, numbers: Array | None, rows: int) -> tuple[Array, tuple[str, ...]]:
@@ -99,8 +112,9 @@ class LogChoice:
             return np.asarray(np.arange(rows) * period, dtype=np.float64), (
                 f"The times are those of a period of {period:g} s.",
             )
-        name, unit = name_and_unit(head)
+        name, unit = head_parts(head)
         unit = unit or (self.units or {}).get(name) or (self.units or {}).get(head) or ""
+        unit = TIME_WORDS.get(unit.lower(), unit)
         if unit == "s":
             return numbers, ()
         if not unit or unit == "?":
@@ -108,10 +122,26 @@ class LogChoice:
         if unit not in PER_SECOND and unit not in SECONDS:
             raise ValueError(
                 f"`{self.call}` must have times in one of {', '.join((*PER_SECOND, *SECONDS))}; '{name}' of "
-                f"{self.source} is in [{unit}]: say the unit by `units`."
+                f"{self.source} is in [{unit}]: change the head of the column."
             )
         values = numbers / PER_SECOND[unit] if unit in PER_SECOND else numbers * SECONDS[unit]
         return values, (f"The times '{name}' were converted from {unit} to s.",)
+
+
+def head_parts(head: str) -> tuple[str, str]:
+    """The name and the unit in a head; a unit may stand in round brackets behind a space, too, if its words are known.
+
+    So is `Speed (rad/s)` a speed in rad/s, and `Speed (raw)` is a name.
+    """
+    name, unit = name_and_unit(head)
+    bracket = None if unit else ROUND.fullmatch(name)
+    if bracket is None:
+        return name, unit
+    try:
+        words = {word for word, _ in read(bracket[2]).powers}
+    except UnitError:
+        return name, unit
+    return (bracket[1], bracket[2].strip()) if words and words <= KNOWN else (name, unit)
 
 
 def _columns_called(

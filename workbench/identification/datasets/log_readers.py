@@ -53,10 +53,10 @@ class AbstractLogReaders(ABC):
     ) -> Self:
         """A dataset from a CSV file, plain or gzipped, with the names and units of its first line.
 
-        The first line is as 't [s],omega [rad/s]' or 't:s,omega:rad/s'; spaces around a name do not count. Tabs,
-        semicolons or commas separate the cells: the first of these that the line has. An empty cell is NaN: no sample.
-        Lines of # are comments. The file is read in parts, so that its size is limited by the numbers that are kept:
-        134 million, 1 GiB.
+        The first line is as 't [s],omega [rad/s]', 't (s),omega (rad/s)' or 't:s,omega:rad/s', or units follow it;
+        spaces around a name do not count. Tabs, semicolons or commas separate the cells: the first of these that it
+        has. Between tabs and semicolons numbers may have decimal commas. An empty cell is NaN: no sample. Lines of #
+        are comments. The file is read in parts: its size is limited by the numbers that are kept, 134 million, 1 GiB.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ class AbstractLogReaders(ABC):
     ) -> Self:
         """A dataset from a table of pandas, with heads as `omega [rad/s]` and times in a column or in the index.
 
-        Dates are count_text in s from the first one. The arguments are those of `from_csv`.
+        Dates are counted in s from the first one. The arguments are those of `from_csv`.
         """
         choice = LogChoice("Dataset.from_frame(frame=...)", "the table", tuple(signals), names, units, time)
         return cls._read(read_frame(frame, choice), choice, name)

@@ -49,7 +49,7 @@ def _columns(
         columns = {picks[path][0]: np.array([numbers.get(path, np.nan) for _, numbers in messages]) for path in paths}
         if columns:
             groups.append((t, columns))
-    notes = [f"The times are those of {clock}, count_text from {begin // 10**9}.{begin % 10**9:09d} s since 1970."]
+    notes = [f"The times are those of {clock}, counted from {begin // 10**9}.{begin % 10**9:09d} s since 1970."]
     if longer and not choice.signals:
         notes.append(f"Arrays of more than {LONGEST_ARRAY} numbers were left out: {', '.join(sorted(longer))}.")
     return unite_clocks(choice, groups, dict(picks.values()), notes)

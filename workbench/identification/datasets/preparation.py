@@ -23,7 +23,9 @@ from workbench.identification.datasets.sample_changes import (
     merge_times,
     resample_samples,
     select_signals,
+    unwrap_columns,
 )
+from workbench.identification.datasets.signal_checks import TURNS, units_of
 from workbench.identification.datasets.unit_scales import scale
 
 KEEPS = ("first", "last", "mean")
@@ -256,6 +258,16 @@ class AbstractPreparation(ABC):
         places = self.experiments[0].columns(signals)
         marks = [find_outliers(experiment, places, window, threshold) for experiment in self.experiments]
         return self._marked(marks, f"outliers, {threshold:g} deviations off the median of {window} samples")
+
+    @check_arguments
+    def unwrap(self, signals: Sequence[str]) -> Self:
+        """The dataset with full turns added to angles in rad, mrad, deg or rev, so that no step exceeds half of one."""
+        places, units = self.experiments[0].columns(signals), units_of(self.experiments[0].signals)
+        if other := next((units[place] for place in places if units[place] not in TURNS), None):
+            raise ValueError(f"`Dataset.unwrap(signals=...)` must name angles in {', '.join(TURNS)}; got [{other}].")
+        parts = [unwrap_columns(one, places, [TURNS[units[i]] for i in places]) for one in self.experiments]
+        note = f"Full turns were added to {', '.join(signals)} at {sum(count for _, count in parts)} jumps."
+        return self.with_changes([experiment for experiment, _ in parts], note)
 
     @check_arguments
     def mark_limits(self, signal: str, low: float = -np.inf, high: float = np.inf) -> Self:

@@ -38,6 +38,17 @@ def join_signals(one: Experiment, other: Experiment) -> Experiment:
     return Experiment(one.name, t, one.signals + other.signals, values, marks)
 
 
+def unwrap_columns(experiment: Experiment, places: Sequence[int], turns: Sequence[float]) -> tuple[Experiment, int]:
+    """Angles with full turns added so that no step is longer than half of one; NaN stays; and the number of jumps."""
+    values, count = experiment.values.copy(), 0
+    for place, turn in zip(places, turns, strict=True):
+        rows = np.flatnonzero(np.isfinite(values[:, place]))
+        angle = values[rows, place]
+        values[rows, place] = np.unwrap(angle, period=turn)
+        count += int((np.abs(np.diff(angle)) > turn / 2).sum())
+    return replace(experiment, values=values), count
+
+
 def merge_times(experiment: Experiment, keep: str) -> tuple[Experiment, int]:
     """One row of those with the same time, and the number of rows that were left out."""
     steps = np.diff(experiment.t)

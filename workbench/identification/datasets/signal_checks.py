@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array
+from workbench.core import Layout
+from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.datasets.data_finding import DataFinding, count_text
 from workbench.identification.datasets.experiment import Experiment, Marks
 
@@ -19,6 +20,10 @@ LIMIT_LEAST = 20  # samples that can tell a limit from chance
 SHARE = 0.01  # of all samples at the extreme of a noisy signal that make a limit
 STUCK = 10  # equal samples of a signal that else never repeats
 NOISY = 0.02  # of steps that are zero in a signal that never repeats
+TURNS = {"rad": 2 * np.pi, "mrad": 2000 * np.pi, "deg": 360.0, "\N{DEGREE SIGN}": 360.0, "rev": 1.0}
+WRAPPED = 0.25  # of a turn, to which all steps of a wrapped angle keep when its turns are added
+FAR = 2.0  # times the range of all others that an outlier lies from both of its neighbours
+RARE = 0.01  # of the samples that can be outliers
 WINDOWS = 4000  # columns of the Hankel matrix
 SMALL = 1e-6  # of the largest singular value: the rounding of a text with seven digits
 
@@ -81,6 +86,56 @@ def check_saturated(experiment: Experiment, column: int) -> Iterator[DataFinding
             f"from {experiment.t[row]:.6g} s on are stuck at {numbers[run[0]]:.6g}: say what happened there."
         )
         yield DataFinding("stuck signal", "question", text, label)
+
+
+def units_of(signals: Layout) -> tuple[str, ...]:
+    """The unit of each number of some signals."""
+    return tuple(unit for entry in signals.entries for unit in entry.units)
+
+
+def wrapped_rows(numbers: Array, unit: str) -> Integers:
+    """The rows behind which an angle jumps by a full turn, as one does that its sensor keeps within a turn."""
+    turn = TURNS.get(unit, 0.0)
+    steps = np.diff(numbers)
+    if not turn or not steps.size or np.ptp(numbers) > 1.01 * turn or np.ptp(numbers) < 0.75 * turn:
+        return np.zeros(0, dtype=int)
+    jumps = np.flatnonzero(np.abs(steps) > turn / 2)
+    is_smooth = bool((np.abs(np.diff(np.unwrap(numbers, period=turn))) <= WRAPPED * turn).all())
+    return jumps if is_smooth else np.zeros(0, dtype=int)
+
+
+def check_wrapped(experiment: Experiment, column: int) -> Iterator[DataFinding]:
+    """An angle that jumps by a full turn."""
+    label, use = experiment.signals.labels[column], np.flatnonzero(experiment.is_weighed[:, column])
+    rows = wrapped_rows(experiment.values[use, column], units_of(experiment.signals)[column])
+    if rows.size:
+        text = (
+            f"The output {label} should be continuous, and it jumps by a full turn {rows.size} times in "
+            f"'{experiment.name}', first behind {experiment.t[use[rows[0]]]:.6g} s: add the turns by "
+            f"`log.unwrap(['{label}'])`, or say why the model jumps, too."
+        )
+        yield DataFinding("wrapped angle", "question", text, label)
+
+
+def check_outliers(experiment: Experiment, column: int) -> Iterator[DataFinding]:
+    """Single samples that lie farther from both neighbours than all others go."""
+    label, use = experiment.signals.labels[column], np.flatnonzero(experiment.is_weighed[:, column])
+    numbers = experiment.values[use, column]
+    if numbers.size < LIMIT_LEAST:
+        return
+    before, behind = numbers[1:-1] - numbers[:-2], numbers[1:-1] - numbers[2:]
+    heights = np.where(before * behind > 0, np.minimum(np.abs(before), np.abs(behind)), 0.0)
+    most = 1 + int(RARE * numbers.size)
+    tops = 1 + np.sort(np.argsort(heights)[-most:])
+    others = float(np.ptp(np.delete(numbers, tops)))
+    tops = tops[heights[tops - 1] > FAR * others] if others > 0 else tops[:0]
+    if tops.size:
+        text = (
+            f"The output {label} should have no outliers, and {count_text(tops.size, 'sample')} farther from both "
+            f"neighbours than all others of '{experiment.name}' go, first {numbers[tops[0]]:.6g} at "
+            f"{experiment.t[use[tops[0]]]:.6g} s: mark them by `log.mark_outliers()`, or say what they are."
+        )
+        yield DataFinding("outliers", "question", text, label)
 
 
 def _runs(is_equal: Marks) -> list[tuple[int, int]]:

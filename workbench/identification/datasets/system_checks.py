@@ -103,18 +103,22 @@ def slowest_time(system: Ode, t: float, x: Array | None, p: Array | None) -> flo
 def check_length(dataset: Dataset, system: Ode, x: Array | None, p: Array | None) -> Iterator[DataFinding]:
     """A log that is shorter than the slowest mode, or so coarse beside it that its unit of time is in doubt."""
     slowest = slowest_time(system, 0.0, x, p)
-    if slowest is None:
-        return
     spans = {experiment.name: float(np.ptp(experiment.t)) for experiment in dataset if len(experiment)}
     longest = max(spans, key=lambda name: spans[name], default="")
-    if longest and spans[longest] < slowest:
+    if slowest is not None and longest and spans[longest] < slowest:
         text = (
             f"The log should be longer than the slowest mode of '{system.name}', {slowest:.4g} s at this point, and "
             f"'{longest}' is too short with {spans[longest]:.4g} s: record a longer one, or say why it will do."
         )
         yield DataFinding("too short", "question", text)
+    yield from check_period(dataset, system, x, p)
+
+
+def check_period(dataset: Dataset, system: Ode, x: Array | None, p: Array | None) -> Iterator[DataFinding]:
+    """A log whose samples are so far apart beside the slowest mode that its unit of time is in doubt."""
+    slowest = slowest_time(system, 0.0, x, p)
     periods = [experiment.period for experiment in dataset if len(experiment) > 1]
-    if periods and min(periods) > COARSE * slowest:
+    if slowest is not None and periods and min(periods) > COARSE * slowest:
         text = (
             f"The log should have samples within the slowest mode of '{system.name}', {slowest:.4g} s, and its period "
             f"is {min(periods):.4g} s: say whether its unit of time is s, and not ms."

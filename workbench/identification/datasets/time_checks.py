@@ -17,6 +17,7 @@ NEAR = 0.2  # of such a factor
 STEADY = 0.02  # of a period: jitter below it is no remark
 LOST = 0.85  # of a period: a longer step has lost a sample, if jitter does not explain it
 SPREADS = 3.0  # times the 90 % point of jitter that a step may have beyond its period
+WHOLE = 0.1  # of a period: closer to whole periods than that, steps tell lost rows and not jitter
 
 
 def check_times(experiment: Experiment, rate: float | None) -> Iterator[DataFinding]:
@@ -81,11 +82,16 @@ def _unit(name: str, period: float, rate: float) -> Iterator[DataFinding]:
         yield DataFinding("time unit", "question", text)
 
 
+def _jitter(ratios: Array) -> float:
+    """The 90 % point of how far steps are from a period, or from whole periods if nearly all are close to these."""
+    whole = float(np.quantile(np.abs(ratios - np.maximum(np.rint(ratios), 1.0)), 0.9))
+    return whole if whole <= WHOLE else float(np.quantile(np.abs(ratios - 1), 0.9))
+
+
 def _spread(experiment: Experiment, steps: Array, period: float) -> Iterator[DataFinding]:
     """Gaps, and jitter of the other steps."""
     name = experiment.name
-    off = np.abs(steps / period - 1)
-    jitter = float(np.quantile(off, 0.9))
+    jitter = _jitter(steps / period)
     limit = (1 + max(LOST, SPREADS * jitter)) * period
     gaps = steps > limit
     if gaps.any():

@@ -52,7 +52,7 @@ def read_ulog(path: str | Path, choice: LogChoice) -> LogColumns:
         columns = {picks[head][0]: table[head].astype(float) for head in table if head in picks}
         if columns:
             groups.append((t, columns))
-    notes = [f"The time stamps in us were converted to s, and are count_text from {begin / 1e6:.6f} s after the start."]
+    notes = [f"The time stamps in us were converted to s, and are counted from {begin / 1e6:.6f} s after the start."]
     if log.dropouts:
         lost = sum(dropout.duration for dropout in log.dropouts) / 1000
         notes.append(f"The recorder lost samples {len(log.dropouts)} times, for {lost:.3g} s in all.")

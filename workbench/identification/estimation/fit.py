@@ -14,18 +14,20 @@ from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import one_thread
 from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
 from workbench.identification.estimation.fit_certificate import FitCertificate
-from workbench.identification.estimation.fit_factors import apply_values, chosen_parameters, direction_factors
+from workbench.identification.estimation.fit_factors import apply_initial_states, apply_values, estimates_of
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.fit_warnings import hold_out_sentences, misfit_sentences
+from workbench.identification.estimation.fitted_parameters import FittedParameters, fitted_parameters
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.profile_likelihood import Limits, ProfileLikelihood, profile_of
 from workbench.identification.estimation.refit import Deviance
-from workbench.identification.estimation.residual_tests import ResidualTest, dependence, whiteness
+from workbench.identification.estimation.residual_tests import ResidualTest, residual_tests_of
 from workbench.identification.estimation.weighed_data import WeighedData
 
 if TYPE_CHECKING:
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 SHORT = 4  # numbers in one line
-CLOSE = 1e-6  # relative distance to a bound that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,8 @@ class Fit:
         A ValueError is raised if the log has no noise, or the level or the limits do not fit.
         """
         self._refuse_exact("profile")
-        return profile_of(self._deviance, self.theta, self.covariance, name, level, limits)
+        with one_thread():
+            return profile_of(self._deviance, self.theta, self.covariance, name, level, limits)
 
     @check_arguments
     def bootstrap(self, count: int, seed: int = 0, kind: str = "parametric") -> Bootstrap:
@@ -140,28 +142,45 @@ class Fit:
         """
         self._refuse_exact("bootstrap")
         unbiased = 1.0 if self.is_noise_known else np.sqrt(self.data.counts.sum() / self.degrees)
-        return draw_bootstrap(self._deviance, self.theta, unbiased * self.end.sigma, count, seed, kind)
+        with one_thread():
+            return draw_bootstrap(self._deviance, self.theta, unbiased * self.end.sigma, count, seed, kind)
 
     @check_arguments
     def factors(self, names: Sequence[str] | None = None, *, path: str = "", cut: float = 4.0) -> tuple[Factor, ...]:
-        """Factors of a sweep that draw the estimated parameters together, with their covariance.
+        """Factors of a sweep that draw estimated numbers together, with their covariance: by default all parameters.
 
-        Each is a standard normal number, cut off at `cut`, along a principal axis of the correlation: indices of a
-        sweep are those of these directions. `path` is that of the fitted system in the loop, such as "plant.". A
-        ValueError is raised if more than 0.1 % of the normal distribution lie beyond the bounds of a number.
+        `names` may have initial states, too, such as "omega(0)", from which the runs then begin. Delays, offsets and
+        scales are numbers of the log and are refused. Each factor is a standard normal number, cut off at `cut`, along
+        a principal axis of the correlation: indices of a sweep are those of these directions. `path` is that of the
+        fitted system in the loop, such as "plant.". A ValueError is raised if more than 0.1 % of the normal
+        distribution lie beyond the bounds of a number.
         """
+        if names is None:
+            return self.parameters.factors(path=path, cut=cut)
         self._refuse_exact("factors")
-        at = chosen_parameters(self.model.numbers, names, cut)
-        numbers = [self.model.numbers[i] for i in at]
-        return direction_factors(numbers, self.theta[at], self.covariance[np.ix_(at, at)], path, cut)
+        some = fitted_parameters(self.model.numbers, self.theta, self.covariance, "", (), names)
+        return some.factors(path=path, cut=cut)
 
     @check_arguments
-    def apply(self, target: T, *, values: Mapping[str, float] | None = None, path: str = "") -> T:
-        """A block or an `Ode` with the estimates in place, or with other `values` by name.
+    def apply(
+        self, target: T, *, values: Mapping[str, float] | None = None, path: str = "", experiment: str | None = None
+    ) -> T:
+        """A block or an `Ode` with the estimated parameters in place, or with other `values` by name.
 
-        `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError.
+        `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError. With an
+        `experiment` it begins in the initial states that were estimated for it, too. Delays, offsets and scales are
+        numbers of the log, which no block has.
         """
-        return apply_values(self.model.numbers, self.theta, target, values or {}, path)
+        own, initial = estimates_of(self.model.numbers, self.theta, values or {}, experiment)
+        done = apply_values(own, target, {}, path) if own or not initial else target
+        return apply_initial_states(initial, done, path)
+
+    @cached_property
+    def parameters(self) -> FittedParameters:
+        """The estimated parameters of the system with their covariance: for studies and files, without the log."""
+        self._refuse_exact("parameters")
+        source = self.model.dataset.source or ", ".join(one.name for one in self.model.dataset)
+        return fitted_parameters(self.model.numbers, self.theta, self.covariance, source, self.warnings)
 
     @cached_property
     def _deviance(self) -> Deviance:
@@ -216,30 +235,13 @@ class Fit:
     @cached_property
     def residual_tests(self) -> tuple[ResidualTest, ...]:
         """Tests of each sensor's residuals in each experiment, for samples without a gap between them."""
-        tests = []
-        labels = self.model.dataset.signals.labels
-        several = len(self.errors) > 1
-        for experiment, error, mask in zip(self.model.dataset, self.errors, self.data.weighs, strict=True):
-            for j, (signal, _) in enumerate(self.model.outputs):
-                if mask[:, j].sum() < 2 * len(self.theta) + 8:
-                    continue
-                about = f"{signal} of {experiment.name}" if several else signal
-                residuals = error[mask[:, j], j]
-                tests.append(whiteness(about, residuals))
-                for one in self.model.inputs:
-                    column = experiment.values[mask[:, j], labels.index(one.signal)]
-                    tests.append(dependence(f"{about} on {one.signal}", residuals, column))
-        return tuple(tests)
+        return residual_tests_of(self.data, self.errors, 2 * len(self.theta) + 8)
 
     @property
     def numbers_at_bounds(self) -> tuple[str, ...]:
         """The numbers whose estimate lies on a bound of theirs."""
-        near = []
-        for number, value in zip(self.model.numbers, self.theta, strict=True):
-            size = max(abs(value), abs(number.start), 1e-300)
-            if min(abs(value - number.low), abs(number.high - value)) <= CLOSE * size:
-                near.append(number.name)
-        return tuple(near)
+        pairs = zip(self.model.numbers, self.theta, strict=True)
+        return tuple(number.name for number, value in pairs if number.is_at_bound(value))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -8,31 +8,32 @@ from typing import TypeVar
 import numpy as np
 from scipy import stats
 
-from workbench.core.number_replacement import replace_numbers
-from workbench.core.validation.refusals import Array, finite, known_name, positive
+from workbench.core.number_replacement import replace_initial_states, replace_numbers
+from workbench.core.validation.refusals import Array, finite, known_name
 from workbench.engine.distributions import Normal
 from workbench.engine.factors import Factor, FactorDirection
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
+UNMOVED = 1e-12  # standard errors: rounding of an axis in which a number has no part
 BEYOND = 1e-3  # share of a normal distribution beyond the bounds of a number, from which it is no model of its doubt
 
 
 def direction_factors(
-    numbers: Sequence[UnknownNumber], theta: Array, covariance: Array, path: str, cut: float
+    names: Sequence[str], theta: Array, covariance: Array, bounds: tuple[Array, Array], path: str, cut: float
 ) -> tuple[Factor, ...]:
     """Independent factors along the principal axes of the correlation of estimates theta (n,), the longest first.
 
     theta = estimate + D U sqrt(Lambda) z, with D the standard errors, U Lambda U' the correlation, and z standard
-    normal numbers up to `cut`. A `path` is put before each name.
+    normal numbers up to `cut`. `bounds` are (n,) each. A `path` is put before each name.
     """
     errors = np.sqrt(np.diag(covariance))
     sizes, axes = np.linalg.eigh(covariance / np.outer(errors, errors))
     axes = axes[:, ::-1] * np.sqrt(np.maximum(sizes[::-1], 0.0))
     axes = axes * np.sign(axes[np.argmax(np.abs(axes), axis=0), np.arange(len(errors))])
-    changes = errors[:, np.newaxis] * axes
-    _refuse_beyond(numbers, theta, errors, cut * np.abs(changes).sum(axis=1))
-    paths = tuple(f"{path}{number.name}" for number in numbers)
+    changes = errors[:, np.newaxis] * np.where(np.abs(axes) < UNMOVED, 0.0, axes)
+    _refuse_beyond(names, bounds, theta, errors, cut * np.abs(changes).sum(axis=1))
+    paths = tuple(f"{path}{name}" for name in names)
     spread, centres = Normal(0.0, 1.0, -cut, cut), tuple(theta.tolist())
     ways = [FactorDirection(centres, tuple(column.tolist())) for column in changes.T]
     return tuple(
@@ -40,47 +41,90 @@ def direction_factors(
     )
 
 
-def _refuse_beyond(numbers: Sequence[UnknownNumber], theta: Array, errors: Array, reach: Array) -> None:
+def _refuse_beyond(
+    names: Sequence[str], bounds: tuple[Array, Array], theta: Array, errors: Array, reach: Array
+) -> None:
     """Refuse a normal distribution of which a share that matters lies beyond the bounds of a number."""
-    for number, value, error, far in zip(numbers, theta, errors, reach, strict=True):
-        if number.low <= value - far and value + far <= number.high:
+    for name, low, high, value, error, far in zip(names, *bounds, theta, errors, reach, strict=True):
+        if low <= value - far and value + far <= high:
             continue
         with np.errstate(over="ignore"):
-            share = float(stats.norm.cdf((number.low - value) / error) + stats.norm.sf((number.high - value) / error))
+            share = float(stats.norm.cdf((low - value) / error) + stats.norm.sf((high - value) / error))
         if share > BEYOND:
             raise ValueError(
-                f"`Fit.factors(...)` draws from a normal distribution, of which {100 * share:.3g} % lie beyond the "
-                f"bounds of '{number.name}' ({value:.4g} +- {error:.2g}, from {number.low:g} to {number.high:g}): "
+                f"`factors(...)` draws from a normal distribution, of which {100 * share:.3g} % lie beyond the "
+                f"bounds of '{name}' ({value:.4g} +- {error:.2g}, from {low:g} to {high:g}): "
                 "record more, take a smaller `cut`, or use the draws of `bootstrap`, which keep to the bounds."
             )
 
 
-def chosen_parameters(numbers: Sequence[UnknownNumber], names: Sequence[str] | None, cut: float) -> list[int]:
-    """The places of the parameters of a system among the numbers of a fit, by default of all."""
-    positive("Fit.factors(cut=...)", cut)
-    known = {number.name: i for i, number in enumerate(numbers) if number.kind == "parameter"}
-    places = [known[known_name(name, known, "parameters of this fit")] for name in (known if names is None else names)]
-    if not places or len(set(places)) < len(places):
+def refuse_no_parameter(names: Sequence[str]) -> None:
+    """Refuse a fit that estimated no parameter of the system, or a choice that is empty or names one twice."""
+    if not names or len(set(names)) < len(names):
         raise ValueError(
-            f"`Fit.factors(names=...)` needs at least one parameter that was estimated, each once; got {len(places)} "
-            f"names for {len(set(places))} of {len(known)}."
+            "`factors(names=...)` needs at least one parameter that was estimated, each once; got "
+            f"{len(names)} names for {len(set(names))}."
         )
-    return places
 
 
-def apply_values(
-    numbers: Sequence[UnknownNumber], theta: Array, target: T, values: Mapping[str, float], path: str
-) -> T:
-    """A block or an `Ode` with the parameters of a fit whose names begin with `path`, at theta or the `values`."""
-    own = {n.name: float(v) for n, v in zip(numbers, theta, strict=True) if n.kind == "parameter"}
+NOT_OF_THE_SYSTEM = {
+    "delay": "a delay of the log's input; give the loop `delay=...` in whole periods, or the plant a `PadeDelay`",
+    "offset": "an error of the log's sensor, which no instrument of a loop has; a sweep measures true outputs",
+    "scale": "an error of the log's sensor, which no instrument of a loop has; a sweep measures true outputs",
+}
+
+
+def refuse_numbers_of_the_log(numbers: Sequence[UnknownNumber]) -> None:
+    """Refuse what is no number of the system: delays, offsets and scales, and a state of two experiments."""
+    for number in numbers:
+        if number.kind in NOT_OF_THE_SYSTEM:
+            raise ValueError(
+                f"`Fit.factors(names=...)` must name parameters and initial states, which a run of a loop has; "
+                f"'{number.name}' is {NOT_OF_THE_SYSTEM[number.kind]}."
+            )
+        if several := [one.name for one in numbers if one.kind == "initial state" and one.label == number.label][1:]:
+            raise ValueError(
+                f"`Fit.factors(names=...)` must name the initial state '{number.label}' of one experiment, as a run "
+                f"begins once; got '{several[0]}', too."
+            )
+
+
+def estimates_of(
+    numbers: Sequence[UnknownNumber], theta: Array, values: Mapping[str, float], experiment: str | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By path, parameters and the initial states of an experiment at the estimates theta (nz,), or at other `values`.
+
+    Initial states are left out without an experiment.
+    """
     for name, value in values.items():
         known_name(name, [number.name for number in numbers], "numbers of this fit")
-        if name in own:
-            own[name] = finite(f"Fit.apply(values={{{name!r}: ...}})", value)
+        finite(f"apply(values={{{name!r}: ...}})", value)
+    now = [(one, float(values.get(one.name, value))) for one, value in zip(numbers, theta, strict=True)]
+    if experiment is not None:
+        begun = dict.fromkeys(one.experiment for one in numbers if one.kind == "initial state")
+        known_name(experiment, begun, "experiments with estimated initial states")
+    return (
+        {one.label: value for one, value in now if one.kind == "parameter"},
+        {one.label: value for one, value in now if one.kind == "initial state" and one.experiment == experiment},
+    )
+
+
+def apply_initial_states(states: Mapping[str, float], target: T, path: str) -> T:
+    """A block or an `Ode` with other initial states, whose names begin with `path`."""
+    inside = {name.removeprefix(path): value for name, value in states.items() if name.startswith(path)}
+    return replace_initial_states(target, inside) if inside else target
+
+
+def apply_values(estimates: Mapping[str, float], target: T, values: Mapping[str, float], path: str) -> T:
+    """A block or an `Ode` with the parameters of a fit whose names begin with `path`, or with other `values`."""
+    own = dict(estimates)
+    for name, value in values.items():
+        known_name(name, own, "parameters of this fit")
+        own[name] = finite(f"apply(values={{{name!r}: ...}})", value)
     inside = {name.removeprefix(path): value for name, value in own.items() if name.startswith(path)}
     if not inside:
         raise LookupError(
-            f"`Fit.apply(path={path!r})` must be the path of a block with estimated parameters; those of this fit are "
+            f"`apply(path={path!r})` must be the path of a block with estimated parameters; those of this fit are "
             f"{', '.join(own) or 'none'}."
         )
     return replace_numbers(target, inside)

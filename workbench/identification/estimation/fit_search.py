@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.least_squares import Minimum, least_squares
 from workbench.identification.estimation.multiple_shooting import shoot_in_segments
 from workbench.identification.estimation.weighed_data import WeighedData
@@ -16,9 +17,12 @@ FIRST_NOISE = 0.05  # of a sensor's spread, before anything is known of its nois
 LEAST_NOISE = 1e-9  # of a sensor's spread: below it a log has no noise but that of numbers
 NOISE_OF_A_LOG = 1e-6  # of a sensor's spread: below it the noise is that of rounding and integration
 NOISE_ROUNDS, NOISE_CHANGE = 30, 1e-9
-POOR_FIT = 3.0  # root mean square of the residuals, in standard deviations of noise that is known, or
+POOR_FIT = 1.5  # root mean square of the residuals, in standard deviations of noise that is known, or
 UNEXPLAINED = 0.1  # the share of a sensor's variance that is left, beyond which a minimum may be a false one
+SMALL = 1e-3  # of a sensor's spread: hardly any sensor has less noise
+SMOOTH = 0.5  # sum of squared differences over the sum of squares: 2 for white noise
 SAME = 1e-6  # relative difference of two sums of squares that are one minimum
+RESCUES = 4  # random starts of a search that ended in a doubtful minimum
 EXAMINED = 64  # random starts for each that is followed to its minimum
 
 
@@ -37,6 +41,7 @@ class SearchEnd:
 def search(data: WeighedData, sigma: Array | None, starts: int, generator: np.random.Generator) -> SearchEnd | None:
     """The best minimum from the start of the model, from segments of the log, and from random starts around it.
 
+    A search from one start that ends in a doubtful minimum, or in none, is followed by some from random starts.
     `sigma` (ny,) is the noise of the sensors if it is known. None is returned if no search has a run that lasts.
     """
     weights = sigma if sigma is not None else FIRST_NOISE * spread(data)
@@ -50,16 +55,46 @@ def search(data: WeighedData, sigma: Array | None, starts: int, generator: np.ra
         again = None if inner is None else follow(data, weights, inner)
         if again is not None:
             ends.append((again, "segments of the log, then runs over the whole log"))
+    if starts == 1 and (not ends or _is_doubtful(data, min(ends, key=_cost)[0].z, sigma, weights)):
+        starts += RESCUES
     for start in random_starts(data, weights, starts - 1, generator):
         other = follow(data, weights, start)
         if other is not None:
             ends.append((other, "a random start"))
     if not ends:
         return None
-    best, way = min(ends, key=lambda end: end[0].cost)
+    best, way = min(ends, key=_cost)
     agreeing = sum(end.cost <= best.cost * (1 + SAME) + 1e-12 for end, _ in ends)
     end = SearchEnd(best.z, weights, best, len(ends), agreeing, way)
     return end if sigma is not None else with_noise(data, end)
+
+
+def _cost(end: tuple[Minimum, str]) -> float:
+    return end[0].cost
+
+
+def _is_doubtful(data: WeighedData, z: Array, sigma: Array | None, weights: Array) -> bool:
+    """True if a minimum may be a false one.
+
+    It explains the data badly, or the data tell less there than they might, or the residuals are far below the noise of
+    sensors and yet smooth, as those of another minimum of a log without noise are.
+    """
+    if is_poor(data, z, sigma) or (sigma is None and _is_smooth(data, z)):
+        return True
+    names = tuple(number.name for number in data.model.numbers)
+    return not Identifiability.of(names, z, data.linearize(z, weights)[1], data.model.starts).is_complete
+
+
+def _is_smooth(data: WeighedData, z: Array) -> bool:
+    """True if the residuals of a sensor are small beside its spread, and smooth by von Neumann's ratio."""
+    errors = data.errors(z)
+    for j, size in enumerate(spread(data)):
+        columns = [error[mask[:, j], j] / size for error, mask in zip(errors, data.weighs, strict=True)]
+        total = sum(float(column @ column) for column in columns)
+        ratio = sum(float(np.sum(np.diff(column) ** 2)) for column in columns) / max(total, 1e-300)
+        if NOISE_OF_A_LOG**2 < total / data.counts[j] < SMALL**2 and ratio < SMOOTH:
+            return True
+    return False
 
 
 def follow(data: WeighedData, sigma: Array, start: Array) -> Minimum | None:

@@ -7,24 +7,37 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.core import Ode, SampledSystem
-from workbench.core.equations import LOOP, Loop, equations_of, is_loop
-from workbench.core.validation.refusals import Array, finite, known_name, one_of, refusal, whole
+from workbench.core.equations import Loop
+from workbench.core.validation.refusals import Array, finite, known_name, one_of, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
-from workbench.identification.datasets import Dataset, check_data
+from workbench.design.matrices import one_thread
+from workbench.identification.datasets import DataCheck, Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
+from workbench.identification.datasets.system_checks import check_period
+from workbench.identification.estimation.computer_check import (
+    refuse_random_computer,
+    refuse_rough_computer,
+    timing_remarks,
+)
 from workbench.identification.estimation.fit import Fit
 from workbench.identification.estimation.fit_certificate import FitCertificate
 from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.sign_mirrors import mirror_sentence
 from workbench.identification.estimation.signal_matching import match_signals
-from workbench.identification.estimation.step_refinement import coarse_enough, refine
-from workbench.identification.estimation.unknown_numbers import SENSOR_OR_DELAY, NumberSource, UnknownNumber
+from workbench.identification.estimation.step_refinement import coarse_enough, fastest_rate, refine
+from workbench.identification.estimation.system_equations import flow_of, system_of
+from workbench.identification.estimation.unknown_numbers import (
+    SENSOR_OR_DELAY,
+    NumberSource,
+    UnknownNumber,
+    with_bounds,
+)
 from workbench.identification.estimation.weighed_data import WeighedData
 
-PLANT = "a plant becomes one by `wb.open_loop(plant)`"
 FAR = 20.0  # time constants between two samples, beyond which a log hardly shows a mode
 
 
@@ -38,6 +51,7 @@ def fit(
     signals: Mapping[str, str] | None = None,
     hold: str = "hold",
     start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
     hold_out: float = 0.2,
     starts: int = 1,
     seed: int = 0,
@@ -50,46 +64,43 @@ def fit(
     Parameters
     ----------
     system, dataset, signals
-        A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log, whose signals are inputs, outputs or
-        states of the system by name, or as `signals` says. The first sample is at t = 0.
+        A plant as `wb.open_loop(plant)` or a loop, perhaps with a computer, and the log, whose signals are its inputs,
+        outputs or states by name, or as `signals` says. The first sample is at t = 0.
     free
         Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
         `delay of v`, `offset of omega`, `scale of omega`.
-    noise
-        The standard deviation of each output's noise; by default it is estimated, too.
+    noise, answers
+        The standard deviation of each output's noise; by default it is estimated, too. And answers to the questions of
+        `wb.check_data` on the log, by point.
     hold, hold_out
         "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples. And
         the last share of each experiment that the fit does not see.
-    start, starts, seed
-        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
-        number of searches: all but the first begin at random numbers between half and twice the start.
-    answers
-        Answers to the questions of `wb.check_data` on the log, by point.
+    start, bounds, starts, seed
+        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. Pairs
+        (low, high) of numbers to estimate, within the bounds that a block declares. And the number of searches: all but
+        the first begin at random numbers between half and twice the start.
 
     Raises
     ------
-    ValueError
-        If the log's check is not passed, the data do not tell the numbers apart, or every run diverges.
-    LookupError
-        If a name is unknown.
+    ValueError, LookupError
+        If the log's check fails, the data do not tell the numbers apart, every run diverges, or a name is unknown.
 
     Examples
     --------
     >>> motor = wb.open_loop(wb.DCMotor())
     >>> run = wb.simulate(motor, motor.parameters.pack({"v": 12.0}), until=2.0, every=0.02)
-    >>> signals = {"v": np.full(101, 12.0), "omega": run["omega"][0]}
-    >>> log = wb.Dataset.of(run.t, signals, {"v": "V", "omega": "rad/s"})
-    >>> answers = {"constant signal": "the voltage is a step"}
-    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02, "R": 2.0}, answers=answers)
+    >>> log = wb.Dataset.of(run.t, {"v": np.full(101, 12.0), "omega": run["omega"][0]}, {"v": "V", "omega": "rad/s"})
+    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02}, answers={"constant signal": "a step of the voltage"})
     >>> {name: round(value, 6) for name, value in found.values.items()}
     {'J': 0.01, 'R': 1.0}
     """
-    model, unused = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start))
-    remarks = _check(model, answers or {}, unused)
+    model, remarks = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start), bounds or {})
+    remarks = (*remarks, *_check(model, answers or {}))
     sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
-    data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
     count, generator = whole("fit(starts=...)", starts), np.random.default_rng(check_seed("fit(seed=...)", seed))
-    return _fit_of(data, held_out, search(data, sigma, count, generator), sigma is not None, remarks)
+    with one_thread():
+        data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
+        return _fit_of(data, held_out, search(data, sigma, count, generator), sigma is not None, remarks)
 
 
 def start_values(call: str, start: Mapping[str, float] | None) -> dict[str, float]:
@@ -97,17 +108,18 @@ def start_values(call: str, start: Mapping[str, float] | None) -> dict[str, floa
     return {name: finite(f"{call}(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
 
 
-def _check(model: OutputModel, answers: Mapping[str, str], unused: Sequence[str]) -> tuple[str, ...]:
+def _check(model: OutputModel, answers: Mapping[str, str]) -> tuple[str, ...]:
     """The remarks and answers of the check of a log; a ValueError if it is not passed."""
     known = model.dataset.signals
     inputs, outputs = ([one.signal for one in model.inputs], [signal for signal, _ in model.outputs])
     both = [[e.name for e in known.entries if {e.name, *e.labels()} & set(names)] for names in (inputs, outputs)]
     names = [number.name for number in model.numbers]
-    check = check_data(model.dataset, inputs=both[0], outputs=both[1], parameters=names).answer(answers)
+    check = check_data(model.dataset, inputs=both[0], outputs=both[1], parameters=names)
+    periods = tuple(check_period(model.dataset, model.ode, model.x0[0], model.p))
+    check = DataCheck((*check.findings, *periods)).answer(answers)
     check.require()
-    left = [f"The log's signals {', '.join(unused)} were not used."] if unused else []
     said = [f"{point}: {text}" for point, text in check.answers.items()]
-    return (*left, *(one.text for one in check.findings if one.severity == "remark"), *said)
+    return (*(one.text for one in check.findings if one.severity == "remark"), *said)
 
 
 def _model_of(
@@ -117,25 +129,31 @@ def _model_of(
     signals: Mapping[str, str],
     hold: str,
     values: Mapping[str, float],
+    bounds: Mapping[str, tuple[float, float]],
 ) -> tuple[OutputModel, tuple[str, ...]]:
-    """The model of a fit, with steps as long as the intervals between samples, and the signals that it does not use."""
-    ode, rule = equation_of(system, "fit"), one_of("fit(hold=...)", hold, HOLDS)
-    inputs, outputs, unused = match_signals(ode, dataset, signals, rule, frozenset(values))
-    source = number_source(ode, dataset, inputs, outputs, values)
+    """The model of a fit, with steps as long as the intervals between samples, and remarks on log and system."""
+    whole_system, rule = system_of(system, "fit"), one_of("fit(hold=...)", hold, HOLDS)
+    ode = flow_of(whole_system)
+    inputs, outputs, remarks = match_signals("fit", ode, dataset, signals, rule, frozenset(values))
+    source = number_source("fit", ode, dataset, inputs, outputs, values)
     steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
-    numbers, begins = source.numbers(free), (0.0,) * len(steps)
-    refuse_inputs(numbers, inputs)
-    return OutputModel(ode, dataset, inputs, outputs, numbers, source.p, source.x0, steps, begins), unused
+    numbers, begins = with_bounds("fit", source.numbers(free), bounds), (0.0,) * len(steps)
+    refuse_inputs("fit", numbers, inputs)
+    refuse_random_computer("fit", whole_system, source.p, "start")
+    refuse_rough_computer("fit", whole_system, source.p, numbers)
+    model = OutputModel(whole_system, dataset, inputs, outputs, numbers, source.p, source.x0, steps, begins)
+    return model, (*remarks, *timing_remarks(whole_system, dataset))
 
 
 def number_source(
+    call: str,
     ode: Ode,
     dataset: Dataset,
     inputs: Sequence[MeasuredInput],
     outputs: Sequence[tuple[str, str]],
     values: Mapping[str, float],
 ) -> NumberSource:
-    """The system with `values` by name in the place of its defaults, and the signals of the log."""
+    """The system with `values` by name in the place of its defaults, and the signals of the log, for a call."""
     p, x0 = ode.parameters.default.copy(), ode.states.default.copy()
     first = {}
     for name, value in values.items():
@@ -151,13 +169,15 @@ def number_source(
     units = dict(zip(dataset.signals.labels, (u for e in dataset.signals.entries for u in e.units), strict=True))
     known = {signal: units.get(signal, "") for signal, _ in outputs}
     rows = np.tile(x0, (len(dataset.names), 1))
-    return NumberSource(ode, p, rows, dataset.names, tuple(one.signal for one in inputs), known, first)
+    return NumberSource(ode, p, rows, dataset.names, tuple(one.signal for one in inputs), known, first, call)
 
 
-def refuse_inputs(numbers: Sequence[UnknownNumber], inputs: Sequence[MeasuredInput]) -> None:
+def refuse_inputs(call: str, numbers: Sequence[UnknownNumber], inputs: Sequence[MeasuredInput]) -> None:
     """Refuse an unknown number that the log gives."""
     if known := {one.label for one in inputs} & {number.name for number in numbers}:
-        raise ValueError(f"`fit(free=...)` cannot estimate {sorted(known)[0]!r}, which the log gives at each instant.")
+        raise ValueError(
+            f"`{call}(free=...)` cannot estimate {sorted(known)[0]!r}, which is an input and known at each instant."
+        )
 
 
 def _enough_samples(data: WeighedData) -> WeighedData:
@@ -200,14 +220,15 @@ def _fit_of(
     factor = 1.0 if is_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
     condition = float(np.linalg.cond(last.derivatives / norms))
+    sentence = mirror_sentence(data, end.z, np.sqrt(np.diag(covariance)))
+    remarks = (sentence, *remarks) if sentence else remarks
     certificate = FitCertificate(at_end.to_minimum, at_end.by_half_step, at_end.limit, condition, end.minimum.reason)
     return Fit(data, held_out, end, is_known, np.asarray(factor * covariance), certificate, identifiability, remarks)
 
 
 def _time_advice(model: OutputModel) -> str:
     """The advice to look at the unit of time if samples are far apart for the modes of the system; else nothing."""
-    A = np.array(model.ode.A(0.0, model.x0[0], model.p))
-    fastest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) if np.isfinite(A).all() else 0.0
+    fastest = fastest_rate(model)
     apart = float(np.median(np.diff(model.dataset.experiments[0].t)))
     if apart * fastest < FAR:
         return ""
@@ -225,20 +246,6 @@ def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
     worst = int(np.argmax(left))
     unit = "the noise that was given" if is_noise_known else "the signal's spread"
     return f"The model does not explain '{data.model.outputs[worst][0]}': {left[worst]:.3g} times {unit} is left. "
-
-
-def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
-    """The equations of a system in continuous time; any other is refused in the name of a call."""
-    if not is_loop(system):
-        is_plant = hasattr(system, "inputs") and hasattr(system, "rate")
-        raise refusal(f"{call}(system=...)", LOOP, system, f": {PLANT}" if is_plant else "")
-    equation = equations_of(system, "loop")
-    if isinstance(equation, SampledSystem):
-        raise ValueError(
-            f"`{call}(system=...)` must be in continuous time; a computer closes this loop: fit the plant alone, "
-            "`wb.open_loop(plant)`, to the commands and measurements of the log."
-        )
-    return equation
 
 
 def _masks(model: OutputModel, share: float) -> tuple[tuple[Marks, ...], tuple[Marks, ...]]:

@@ -48,6 +48,13 @@ class Identifiability:
     singular_values: Array
     directions: Array
 
+    def __post_init__(self) -> None:
+        nz = len(self.names)
+        shapes = {"values": (nz,), "sizes": (nz,), "singular_values": (nz,), "directions": (nz, nz)}
+        for name, shape in shapes.items():
+            if (got := np.shape(getattr(self, name))) != shape:
+                raise ValueError(f"`Identifiability({name}=...)` must have the shape {shape}; got {got}.")
+
     @staticmethod
     @check_arguments
     def of(names: tuple[str, ...], values: Array, derivatives: Array, starts: Array | None = None) -> Identifiability:

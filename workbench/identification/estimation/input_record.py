@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.recorded_step import SignalRecord, record_rows
+from workbench.core.sampled_record import SampledRecord
 from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.datasets import Experiment
 from workbench.identification.datasets.experiment import Marks
+from workbench.identification.estimation.sampling_instants import sampling_instants, with_jumps
 
 HOLDS = {
     "hold": "the value of a sample until the next sample, as a computer holds its command",
@@ -46,7 +48,7 @@ class InputPieces(NamedTuple):
 class InputRecord(NamedTuple):
     """Inputs between instants in s, among which are the samples of an experiment."""
 
-    record: SignalRecord
+    record: SignalRecord | SampledRecord
     samples: Integers  # (N,), the places of the samples among the instants
     at_samples: Array  # (N, nd), the inputs at the samples
     changes: Mapping[str, Array]  # by input with a delay, the derivative of `at_samples` with respect to the delay
@@ -60,6 +62,7 @@ def input_record(
     instants: Array,
     h: float,
     begin: float = 0.0,
+    period: float | None = None,
 ) -> InputRecord:
     """The record of the inputs of an experiment.
 
@@ -67,20 +70,19 @@ def input_record(
     ----------
     experiment
         The experiment, whose times increase and whose inputs are finite.
-    inputs
-        The inputs, by their labels in the experiment.
-    delays
-        Delays in s of some inputs, by label in the experiment. Before its first delayed sample an input has the value
-        of that sample.
+    inputs, delays
+        The inputs, and delays in s of some, by their labels in the experiment. Before its first delayed sample an input
+        has the value of that sample.
     instants
         Further instants in s, such as those at which a reference jumps.
-    h
-        The longest interval in s; longer ones are divided into equal parts.
-    begin
-        The time of the first sample in s.
+    h, begin
+        The longest interval in s, as longer ones are divided into equal parts, and the time of the first sample in s.
+    period
+        The sampling period in s of a computer. A run from 0 begins with its jump, a later one behind its first one.
     """
     t = experiment.t - experiment.t[0] + begin
-    inner = np.setdiff1d(instants[(instants > t[0]) & (instants < t[-1])], t)
+    clock = None if period is None else sampling_instants(t, period)
+    inner = _within(t, instants if clock is None else np.union1d(instants, clock.times))
     knots = {one.signal: t + delays[one.signal] for one in inputs if one.signal in delays}
     times, owner = _instants(t, [inner, *knots.values()])
     sources = {one.signal: 0 for one in inputs} | {signal: 2 + i for i, signal in enumerate(knots)}
@@ -90,19 +92,23 @@ def input_record(
     ]
     begins, ends, rates = np.reshape(parts, (len(inputs), 3, len(times) - 1)).transpose(1, 2, 0)
     counts = np.maximum(np.ceil(np.diff(times) / h * (1 - 1e-9)), 1).astype(int)
-    whole = InputPieces(times, begins, ends).divide(counts)
-    samples = np.flatnonzero(owner == 0)
-    slopes, changes = {}, {}
+    whole, samples = InputPieces(times, begins, ends).divide(counts), np.flatnonzero(owner == 0)
+    changes, slopes = {}, {}
     for signal in knots:
-        own = rates * [one.signal == signal for one in inputs]
-        slope = _slope((owner == sources[signal]).astype(float), rates, own)
-        slopes[signal] = record_rows(*slope.divide(counts))
+        own, moves = rates * [one.signal == signal for one in inputs], (owner == sources[signal]).astype(float)
+        slopes[signal] = record_rows(*_slope(moves, rates, own).divide(counts))
         changes[signal] = -np.vstack([own[samples[:-1]], own[-1:]])
     final = [ends[-1, i] if one.signal in delays else _values(experiment, one)[-1] for i, one in enumerate(inputs)]
-    at_samples = np.vstack([begins[samples[:-1]], np.reshape(final, (1, -1))])
-    places = np.append(0, np.cumsum(counts))[samples]
+    at_times, places = np.vstack([begins, np.reshape(final, (1, -1))]), np.append(0, np.cumsum(counts))
     record = SignalRecord(whole.t, tuple(one.label for one in inputs), whole.begins, whole.ends)
-    return InputRecord(record, places, at_samples, changes, slopes)
+    sampled = record if clock is None else with_jumps(record, places, times, at_times, clock, begin == 0.0)
+    places = places[samples] + len(sampled.t) - len(record.t)  # one more where a run begins with a jump
+    return InputRecord(sampled, places, at_times[samples], changes, slopes)
+
+
+def _within(t: Array, instants: Array) -> Array:
+    """The instants between the first and the last of the times t (N,) that are none of them."""
+    return np.setdiff1d(instants[(instants > t[0]) & (instants < t[-1])], t)
 
 
 def _instants(t: Array, others: Sequence[Array]) -> tuple[Array, Integers]:

@@ -14,6 +14,9 @@ Residuals = Callable[[Array], Array]  # (nz,) -> (M,); infinite where there is n
 Linearized = Callable[[Array], tuple[Array, Array]]  # (nz,) -> (M,) and (M, nz)
 TOLERANCE = 1e-13  # of changes of the numbers and of the sum, relative: near to the rounding of both
 MOST_ROUNDS = 200
+NEAR = (
+    1e-9  # of numbers in units of their starts: so near to a linearisation the residuals are linear to their rounding
+)
 UNBOUNDED = 1e150  # a bound so large is none, as SciPy squares distances to bounds
 
 
@@ -49,19 +52,13 @@ def least_squares(
     low = np.where(low > -UNBOUNDED, low, -np.inf)
     high = np.where(high < UNBOUNDED, high, np.inf)
     inner = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
-
-    def values(q: Array) -> Array:
-        return residuals(q * size)
-
-    def slopes(q: Array) -> Array:
-        return linearize(q * size)[1] * size
-
-    if not np.isfinite(values(inner / size)).all():
+    runs = LinearisedRuns(residuals, linearize, size)
+    if not np.isfinite(runs.values(inner / size)).all():
         return None
-    found = optimize.least_squares(
-        values,
+    end = optimize.least_squares(
+        runs.values,
         inner / size,
-        slopes,
+        runs.slopes,
         bounds=(low / size, high / size),
         x_scale="jac",
         ftol=tolerance,
@@ -69,4 +66,37 @@ def least_squares(
         gtol=tolerance,
         max_nfev=rounds,
     )
-    return Minimum(found.x * size, float(found.cost), int(found.nfev), REASONS[int(found.status)])
+    return Minimum(end.x * size, float(end.cost), int(end.nfev), REASONS[int(end.status)])
+
+
+class LinearisedRuns:
+    """Residuals and derivatives of numbers q in units of `size`, with the last run and linearisation kept.
+
+    The last steps of a search are so short that a run would tell its rounding alone. There the residuals are those of
+    the last linearisation. An end is tried by a run of its own afterwards, see `step_refinement`.
+    """
+
+    def __init__(self, residuals: Residuals, linearize: Linearized, size: Array) -> None:
+        self.residuals, self.linearize, self.size = residuals, linearize, size
+        self._run: tuple[Array, Array] | None = None  # numbers (nz,) and residuals (M,)
+        self._linear: tuple[Array, Array, Array] | None = None  # and derivatives (M, nz)
+
+    def values(self, q: Array) -> Array:
+        """The residuals (M,)."""
+        if self._linear is not None and _is_near(q, self._linear[0]):
+            at, r, J = self._linear
+            return np.asarray(r + J @ (q - at))
+        if self._run is None or not np.array_equal(q, self._run[0]):
+            self._run = q.copy(), self.residuals(q * self.size)
+        return self._run[1]
+
+    def slopes(self, q: Array) -> Array:
+        """The derivatives (M, nz)."""
+        if self._linear is None or not _is_near(q, self._linear[0]):
+            r, J = self.linearize(q * self.size)
+            self._linear = q.copy(), r, J * self.size
+        return self._linear[2]
+
+
+def _is_near(q: Array, other: Array) -> bool:
+    return bool((np.abs(q - other) <= NEAR * np.maximum(np.abs(other), 1.0)).all())

@@ -11,10 +11,12 @@ from workbench.core.equations import Loop
 from workbench.core.validation.refusals import Array, known_name, one_of, positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset, Experiment
-from workbench.identification.estimation.fit_system import equation_of, number_source, start_values
+from workbench.identification.estimation.computer_check import refuse_random_computer
+from workbench.identification.estimation.fit_system import number_source, start_values
 from workbench.identification.estimation.input_record import HOLDS
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.signal_matching import match_inputs
+from workbench.identification.estimation.system_equations import flow_of, system_of
 
 MOST_HALVINGS = 10
 SMALLEST = 1e-9  # of an output, in its unit, below which it is as good as zero
@@ -59,15 +61,17 @@ def simulate_log(
     >>> wb.identification.simulate_log(motor, log, ["omega"])["omega"][[0, 100, 200]].round(3)
     array([0.   , 0.996, 0.175])
     """
-    ode, numbers = equation_of(system, "simulate_log"), start_values("simulate_log", values)
+    whole_system, numbers = system_of(system, "simulate_log"), start_values("simulate_log", values)
+    ode = flow_of(whole_system)
     rule = one_of("simulate_log(hold=...)", hold, HOLDS)
-    inputs, _ = match_inputs(ode, dataset, signals or {}, rule, frozenset(numbers))
+    inputs, _ = match_inputs("simulate_log", ode, dataset, signals or {}, rule, frozenset(numbers))
     entries = tuple(_entry(ode, name) for name in outputs)
     layout = Layout(entries)
     pairs = tuple((label, label) for label in layout.labels)
-    source = number_source(ode, dataset, inputs, pairs, numbers)
+    source = number_source("simulate_log", ode, dataset, inputs, pairs, numbers)
+    refuse_random_computer("simulate_log", whole_system, source.p, "values")
     steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
-    model = OutputModel(ode, dataset, inputs, pairs, (), source.p, source.x0, steps, (0.0,) * len(steps))
+    model = OutputModel(whole_system, dataset, inputs, pairs, (), source.p, source.x0, steps, (0.0,) * len(steps))
     rows = _settled_outputs(model, positive("simulate_log(tolerance=...)", tolerance))
     experiments = [Experiment(e.name, e.t, layout, y) for e, y in zip(dataset, rows, strict=True)]
     return Dataset(tuple(experiments), f"'{ode.name}' driven by {dataset.source or 'a log'}")

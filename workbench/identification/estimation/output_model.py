@@ -6,27 +6,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
-from workbench.core import Ode
-from workbench.core.expressions import rows
+from workbench.core import Ode, SampledSystem
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.record_runs import run_along
 from workbench.identification.datasets import Dataset
 from workbench.identification.estimation.driven_steps import directed_step, plain_step
 from workbench.identification.estimation.input_record import InputRecord, MeasuredInput, input_record
+from workbench.identification.estimation.output_map import OutputMap
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 
 @dataclass(frozen=True, eq=False)
 class OutputModel:
-    """Outputs y(t; z) of an equation that is driven by the inputs of a log, for unknown numbers z (nz,).
+    """Outputs y(t; z) of a system that is driven by the inputs of a log, for unknown numbers z (nz,).
 
     y of a sensor is scale * h(t, x, p) + offset, at the samples of each experiment, the first of which is at `begins`.
     """
 
-    ode: Ode
+    system: Ode | SampledSystem
     dataset: Dataset
     inputs: tuple[MeasuredInput, ...]
     outputs: tuple[tuple[str, str], ...]  # the label in the log, and that of a state or an output of the equation
@@ -35,6 +34,11 @@ class OutputModel:
     x0: Array  # (E, nx), initial states of the experiments, likewise
     h: tuple[float, ...]  # the longest step in s of each experiment
     begins: tuple[float, ...]  # the time t of the equation in s at the first sample of each experiment
+
+    @property
+    def ode(self) -> Ode:
+        """The equation in continuous time: the system, or its flow between the instants of a computer."""
+        return self.system.flow if isinstance(self.system, SampledSystem) else self.system
 
     @cached_property
     def places(self) -> Mapping[str, Integers]:
@@ -55,8 +59,8 @@ class OutputModel:
 
     def values(self, z: Array, experiment: int) -> Array:
         """The outputs (B, N, ny) at the samples of an experiment, for numbers z (B, nz)."""
-        drive = self._drive(experiment, z)
-        step = plain_step(self.ode, drive.record)
+        drive = self.drive(experiment, z)
+        step = plain_step(self.system, drive.record)
         x = run_along(step, self._parameters(z), self._initial(z, experiment))[:, drive.samples]
         y = np.stack([self._outputs(drive, one, p) for one, p in zip(x, self._parameters(z), strict=True)])
         return self._sensed(y, z)
@@ -64,7 +68,7 @@ class OutputModel:
     def derivatives(self, z: Array, experiment: int) -> tuple[Array, Array]:
         """The outputs (N, ny) at the samples of an experiment, and their derivatives (N, ny, nz), for z (nz,)."""
         own = self._directions(experiment)
-        drive = self._drive(experiment, z[np.newaxis])
+        drive = self.drive(experiment, z[np.newaxis])
         p, x0 = self._parameters(z[np.newaxis])[0], self._initial(z[np.newaxis], experiment)[0]
         inner, dy = self._inner(drive, experiment, own, p, x0)
         y = self._sensed(inner[np.newaxis], z[np.newaxis])[0]
@@ -92,37 +96,42 @@ class OutputModel:
         parameters = tuple(self.ode.parameters.labels.index(self.numbers[i].label) for i in self.places["parameter"])
         delayed = tuple(self.numbers[i].label for i in self.places["delay"])
         if not m:
-            x = run_along(plain_step(self.ode, drive.record), p[np.newaxis], x0[np.newaxis])[0]
+            x = run_along(plain_step(self.system, drive.record), p[np.newaxis], x0[np.newaxis])[0]
             y = self._outputs(drive, x[drive.samples], p)
             return y, np.zeros((*y.shape, 0))
-        step = directed_step(self.ode, drive.record, parameters, tuple(drive.slopes[name] for name in delayed))
+        step = directed_step(self.system, drive.record, parameters, tuple(drive.slopes[name] for name in delayed))
         start = np.zeros((m, step.states.size))
         start[:, :nx] = x0
         moving = len(parameters) + len(delayed)
         start[:moving, 2 * nx :] = np.eye(moving)
         for row, i in enumerate(own[moving:], moving):
             start[row, nx + self.ode.states.labels.index(self.numbers[i].label)] = 1.0
-        x = run_along(step, np.broadcast_to(p, (m, p.size)), start)[:, drive.samples]
-        dp, du = np.zeros((m, p.size)), np.zeros((m, *drive.at_samples.shape))
-        dp[np.arange(len(parameters)), parameters] = 1.0
-        for row, name in enumerate(delayed, len(parameters)):
-            du[row] = drive.changes[name]
-        y = self._outputs(drive, x[0, :, :nx], p)
-        each = zip(x, dp, du, strict=True)
-        slopes = [self._changes(drive, states[:, : 2 * nx], p, dq, dv) for states, dq, dv in each]
-        return y, np.stack(slopes, axis=2)
+        x = run_along(step, np.broadcast_to(p, (m, p.size)), start)[:, drive.samples, : 2 * nx]
+        changes = [drive.changes[name] for name in delayed]
+        t = drive.record.t[drive.samples]
+        return self._map.derivatives(t, x[0, :, :nx], p, drive.at_samples, x[:, :, nx:], parameters, changes)
 
-    def _drive(self, experiment: int, z: Array) -> InputRecord:
-        """The inputs of an experiment in substeps, with the delays of the first row of z."""
+    def drive(self, experiment: int, z: Array) -> InputRecord:
+        """The inputs of an experiment in substeps, with the delays of the first row of z; the last one is kept."""
         delays = {self.numbers[i].label: float(z[0, i]) for i in self.places["delay"]}
-        return input_record(
-            self.dataset.experiments[experiment],
-            self.inputs,
-            delays,
-            self._instants,
-            self.h[experiment],
-            self.begins[experiment],
-        )
+        key = tuple(delays.values())
+        if experiment not in self._drives or self._drives[experiment][0] != key:
+            record = input_record(
+                self.dataset.experiments[experiment],
+                self.inputs,
+                delays,
+                self._instants,
+                self.h[experiment],
+                self.begins[experiment],
+                self.system.period if isinstance(self.system, SampledSystem) else None,
+            )
+            self._drives[experiment] = key, record
+        return self._drives[experiment][1]
+
+    @cached_property
+    def _drives(self) -> dict[int, tuple[tuple[float, ...], InputRecord]]:
+        """The last record of each experiment, and its delays."""
+        return {}
 
     @cached_property
     def _instants(self) -> Array:
@@ -147,39 +156,11 @@ class OutputModel:
 
     def _outputs(self, drive: InputRecord, x: Array, p: Array) -> Array:
         """The outputs of the equation (N, ny) in states x (N, nx)."""
-        return rows(
-            self._output_functions[0], drive.record.t[drive.samples, np.newaxis], x, p[np.newaxis], drive.at_samples
-        )
-
-    def _changes(self, drive: InputRecord, x: Array, p: Array, dp: Array, du: Array) -> Array:
-        """The derivatives of the outputs (N, ny) along a direction; x (N, 2 nx) are states and their derivatives."""
-        t = drive.record.t[drive.samples, np.newaxis]
-        u = np.hstack([drive.at_samples, du])
-        return rows(self._output_functions[1], t, x, np.concatenate([p, dp])[np.newaxis], u)
+        return self._map.values(drive.record.t[drive.samples], x, p, drive.at_samples)
 
     @cached_property
-    def _output_functions(self) -> tuple[ca.Function, ca.Function]:
-        """The outputs of (t, x, p, u), and their derivatives along directions, of (t, [x; S], [p; dp], [u; du])."""
-        ode, u = self.ode, ca.SX.sym("u", len(self.inputs))
-        both = ca.vertcat(ode.x, ode.output)
-        labels = (*ode.states.labels, *ode.outputs.labels)
-        y = both[[labels.index(label) for _, label in self.outputs]]
-        places = [ode.parameters.labels.index(one.label) for one in self.inputs]
-        S, dp, du = (
-            ca.SX.sym(name, size) for name, size in (("S", ode.x.numel()), ("dp", ode.p.numel()), ("du", u.numel()))
-        )
-        directions = ca.SX(dp)
-        directions[places] += du
-        dy = ca.jtimes(y, ca.vertcat(ode.x, ode.p), ca.vertcat(S, directions))
-        y, dy = (ca.substitute(part, ode.p[places], u) if places else part for part in (y, dy))
-        return (
-            ca.Function("outputs", [ode.t, ode.x, ode.p, u], [ca.densify(y)]),
-            ca.Function(
-                "changes",
-                [ode.t, ca.vertcat(ode.x, S), ca.vertcat(ode.p, dp), ca.vertcat(u, du)],
-                [ca.densify(dy)],
-            ),
-        )
+    def _map(self) -> OutputMap:
+        return OutputMap(self.ode, tuple(label for _, label in self.outputs), tuple(one.label for one in self.inputs))
 
     def _scales(self, z: Array) -> Array:
         """The scales (B, ny) of the sensors."""

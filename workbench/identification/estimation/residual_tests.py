@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy import stats
 
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
+from workbench.identification.estimation.weighed_data import WeighedData
 
 LAGS = 20
 LEVEL = 0.01  # of a test: the share of perfect models that it blames
@@ -22,9 +24,10 @@ class ResidualTest:
     Parameters
     ----------
     about
-        The sensor, and the input for a test of dependence.
+        The sensor, and for a test of dependence the input or the residuals on which it may depend.
     kind
-        "whiteness" (Ljung and Box 1978) or "dependence" on an input (Ljung 1999, section 16.6).
+        "whiteness" (Ljung and Box 1978) or "dependence" on an input (Ljung 1999, section 16.6), or of a command on the
+        residuals of a reading, whose noise the law of a loop feeds back.
     statistic, degrees
         The statistic, and the degrees of freedom of the chi-square distribution that it has for a perfect model.
     p_value
@@ -73,3 +76,26 @@ def dependence(about: str, residuals: Array, values: Array) -> ResidualTest:
     explained = float(np.sum((left[:, kept].T @ e) ** 2))
     statistic, degrees = n * explained / (float(e @ e) or 1.0), int(kept.sum())
     return ResidualTest(about, "dependence", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
+
+
+def residual_tests_of(data: WeighedData, errors: Sequence[Array], least: int) -> tuple[ResidualTest, ...]:
+    """Tests of each sensor's `errors` (N, ny) in each experiment that has at least so many samples of it."""
+    tests, model = list[ResidualTest](), data.model
+    labels, several = model.dataset.signals.labels, len(errors) > 1
+    shown = model.ode.outputs
+    commands = {label for name in model.ode.drives if name in shown for label in shown[name].labels()}
+    for experiment, error, mask in zip(model.dataset, errors, data.weighs, strict=True):
+        for j, (signal, label) in enumerate(model.outputs):
+            if mask[:, j].sum() < least:
+                continue
+            about = f"{signal} of {experiment.name}" if several else signal
+            residuals = error[mask[:, j], j]
+            tests.append(whiteness(about, residuals))
+            for one in model.inputs:
+                column = experiment.values[mask[:, j], labels.index(one.signal)]
+                tests.append(dependence(f"{about} on {one.signal}", residuals, column))
+            for i, (other, reading) in enumerate(model.outputs):
+                both = mask[:, j] & mask[:, i]
+                if label in commands and reading not in commands and both.sum() >= least:
+                    tests.append(dependence(f"{about} on residuals of {other}", error[both, j], error[both, i]))
+    return tuple(tests)

@@ -12,9 +12,9 @@ from workbench.identification.estimation.input_record import MeasuredInput
 
 
 def match_signals(
-    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
+    call: str, ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
 ) -> tuple[tuple[MeasuredInput, ...], tuple[tuple[str, str], ...], tuple[str, ...]]:
-    """The inputs and outputs of a fit, label by label, and the signals of the log that are neither.
+    """The inputs and outputs of a fit, label by label, and remarks on signals of the log or the loop that are neither.
 
     `signals` are other names than those of the log, and `constants` inputs that the user holds at a number.
 
@@ -25,11 +25,13 @@ def match_signals(
     ValueError
         If an input has no signal, no signal is an output or a state, or units differ.
     """
-    inputs, others = match_inputs(ode, dataset, signals, hold, constants)
+    inputs, others = match_inputs(call, ode, dataset, signals, hold, constants)
     outputs, unused = [], []
     for label, target in others.items():
         if target in ode.outputs.labels or target in ode.states.labels:
-            _refuse_unit(dataset.signals, label, ode.outputs if target in ode.outputs.labels else ode.states, target)
+            _refuse_unit(
+                call, dataset.signals, label, ode.outputs if target in ode.outputs.labels else ode.states, target
+            )
             outputs.append((label, target))
         elif target != _only_number(ode, label):
             known = (*ode.parameters.labels, *ode.outputs.labels, *ode.states.labels)
@@ -41,15 +43,19 @@ def match_signals(
             unused.append(label)
     if not outputs:
         raise ValueError(
-            f"`fit(dataset=...)` must have a signal that is an output or a state of '{ode.name}' "
+            f"`{call}(dataset=...)` must have a signal that is an output or a state of '{ode.name}' "
             f"({', '.join((*ode.outputs.labels, *ode.states.labels)[:8])}); it has "
             f"{', '.join(dataset.signals.labels)}: name one by `signals`."
         )
-    return inputs, tuple(outputs), tuple(unused)
+    remarks = [f"The log's signals {', '.join(unused)} were not used."] if unused else []
+    absent = {label for name in ode.inputs for label in ode.parameters[name].labels()} & _additions(ode)
+    if left := sorted(absent - {one.label for one in inputs} - constants):
+        remarks.append(f"The log has no {', '.join(left)}: nothing is added to the loop there.")
+    return inputs, tuple(outputs), tuple(remarks)
 
 
 def match_inputs(
-    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
+    call: str, ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
 ) -> tuple[tuple[MeasuredInput, ...], dict[str, str]]:
     """The signals that drive parameters of the equation, and the other signals with their names in the system."""
     for name in signals:
@@ -59,16 +65,24 @@ def match_inputs(
     for label, name in _targets(dataset.signals, signals).items():
         target = _only_number(ode, name)
         if target in ode.parameters.labels and (target in driven or name != label):
-            _refuse_unit(dataset.signals, label, ode.parameters, target)
+            _refuse_unit(call, dataset.signals, label, ode.parameters, target)
             inputs.append(MeasuredInput(label, target, hold))
         else:
             others[label] = target
-    if missing := sorted(driven - {one.label for one in inputs} - constants):
+    if missing := sorted(driven - {one.label for one in inputs} - constants - _additions(ode)):
+        argument = "values" if call == "simulate_log" else "start"
         raise ValueError(
-            f"`fit(dataset=...)` must have a signal for each input of '{ode.name}', as its motion follows from them; "
-            f"there is none for '{missing[0]}': name it by `signals`, or hold it at a number by `start`."
+            f"`{call}(dataset=...)` must have a signal for each input of '{ode.name}', as its motion follows from "
+            f"them; there is none for '{missing[0]}': name it by `signals`, or hold it at a number by `{argument}`."
         )
     return tuple(inputs), others
+
+
+def _additions(ode: Ode) -> set[str]:
+    """The inputs of a loop that are added to signals of its own, and are 0 where a log does not have them."""
+    names = {f"{name}_ref" for name in ode.follows} | {f"{name}_load" for name in ode.drives}
+    names |= {f"{name}_noise" for name in ode.outputs.names}
+    return {label for name in ode.inputs if name in names for label in ode.parameters[name].labels()}
 
 
 def _only_number(ode: Ode, name: str) -> str:
@@ -89,13 +103,13 @@ def _targets(layout: Layout, signals: Mapping[str, str]) -> dict[str, str]:
     return targets
 
 
-def _refuse_unit(log: Layout, label: str, layout: Layout, target: str) -> None:
+def _refuse_unit(call: str, log: Layout, label: str, layout: Layout, target: str) -> None:
     """Refuse a signal whose unit is not that of the system."""
     measured, wanted = (_unit(of, name) for of, name in ((log, label), (layout, target)))
     if ANY not in (measured, wanted) and read(measured) != read(wanted):
         raise ValueError(
-            f"`fit(dataset=...)` must have '{label}' in the unit of '{target}', [{wanted}], as nothing is converted; "
-            f"got [{measured}]: scale the signal and state its unit."
+            f"`{call}(dataset=...)` must have '{label}' in the unit of '{target}', [{wanted}], as nothing is "
+            f"converted; got [{measured}]: scale the signal and state its unit."
         )
 
 

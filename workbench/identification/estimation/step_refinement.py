@@ -8,10 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.estimation.fit_search import SearchEnd, follow, has_noise, spread, with_noise
+from workbench.identification.estimation.fit_search import SearchEnd, follow, has_noise, is_poor, spread, with_noise
+from workbench.identification.estimation.least_squares import MOST_ROUNDS
+from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.weighed_data import WeighedData
 
 SUBSTEPS = 256  # of the median interval between samples, at most
+STABLE = 1.3  # |lambda| h at the start: Runge-Kutta steps of order 4 are stable up to 2.78
+MOST_STEPS = 2**22  # of a run whose step is halved because it diverges
 OF_NOISE, OF_SPREAD = 0.03, 1e-4  # change of an output at half the step that a search may have
 OF_ERROR, OF_ESTIMATE = 1e-3, 1e-8  # change of an estimate at half the step, in standard errors, or relative
 PASSED, PASSED_EXACTLY = 1e-2, 1e-6  # of both figures, in standard errors, or relative
@@ -43,21 +47,34 @@ def halve(data: WeighedData) -> WeighedData:
 
 
 def coarse_enough(data: WeighedData, sigma: Array | None) -> WeighedData:
-    """A model whose outputs at the start keep still at half its step, as far as a search needs it."""
+    """A model whose outputs at the start keep still at half its step, as far as a search needs it.
+
+    The step is short enough for the fastest mode at the start, too, so that a search may make it faster. If no run
+    lasts at any step, the step stays as it was: the run diverges by itself.
+    """
+    first, fastest, rows = data, fastest_rate(data.model), sum(map(len, data.model.dataset))
     limit = OF_NOISE * sigma if sigma is not None else OF_SPREAD * spread(data)
-    z, part = data.model.starts[np.newaxis], 1
+    z, part = data.model.starts, 1
+    errors = data.errors(z)
     while part < SUBSTEPS:
         finer, part = halve(data), 2 * part
-        changes = []
-        for i, mask in enumerate(data.weighs):
+        later, changes = finer.errors(z), []
+        for now, new, mask in zip(errors, later, data.weighs, strict=True):
             with np.errstate(all="ignore"):
-                change = np.abs(finer.model.values(z, i)[0] - data.model.values(z, i)[0]) / limit
-            changes.append(np.max(np.where(mask, change, 0.0), initial=0.0))
+                changes.append(np.max(np.where(mask, np.abs(new - now) / limit, 0.0), initial=0.0))
         worst = float(np.max(changes))
-        if worst <= 1.0 or (part > 8 and not np.isfinite(worst)):  # a run that diverges at any step
+        if worst <= 1.0 and fastest * max(data.model.h) <= STABLE:
             return data
-        data = finer
-    return data
+        if part > 8 and not np.isfinite(worst) and rows * part > MOST_STEPS:
+            return first
+        data, errors = finer, later
+    return data if np.isfinite(worst) else first
+
+
+def fastest_rate(model: OutputModel) -> float:
+    """The largest |lambda| in 1/s of the modes at the start of the first experiment; 0 if there is none."""
+    A = np.array(model.ode.A(model.begins[0], model.x0[0], model.p))
+    return float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) if np.isfinite(A).all() else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +90,7 @@ class RefinedEnd:
 
 
 def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> RefinedEnd:
-    """Halve the step and search again until half of it moves no estimate."""
+    """Halve the step and search again until half of it moves no estimate; not after a poor search without an end."""
     part = 1
     while True:
         finer, part = halve(data), 2 * part
@@ -82,7 +99,8 @@ def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> RefinedEn
         unit = last.errors if is_noisy else np.maximum(np.abs(end.z), np.finfo(float).tiny)
         shift, move = (float(np.max(np.abs(step) / unit)) for step in (later.move - last.move, last.move))
         limit = PASSED if is_noisy else PASSED_EXACTLY
-        if shift <= (OF_ERROR if is_noisy else OF_ESTIMATE) or part > SUBSTEPS or not np.isfinite(shift):
+        is_lost = end.minimum.rounds >= MOST_ROUNDS and is_poor(data, end.z, end.sigma if is_noise_known else None)
+        if shift <= (OF_ERROR if is_noisy else OF_ESTIMATE) or part > SUBSTEPS or not np.isfinite(shift) or is_lost:
             return RefinedEnd(data, end, shift, move, limit, last)
         data = finer
         minimum = follow(data, end.sigma, end.z)

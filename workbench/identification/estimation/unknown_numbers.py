@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -20,6 +20,7 @@ Kind = Literal["parameter", "initial state", "delay", "offset", "scale"]
 
 
 SENSOR_OR_DELAY = re.compile(r"(delay|offset|scale) of (.+)")
+CLOSE = 1e-6  # relative distance to a bound that is none
 INITIAL = re.compile(r"(.+)\(0\)")
 
 
@@ -55,6 +56,11 @@ class UnknownNumber:
     high: float
     unit: str
 
+    def is_at_bound(self, value: float) -> bool:
+        """True if a value lies on a bound of the number, or nearer than rounding of a search tells."""
+        size = max(abs(value), abs(self.start), 1e-300)
+        return min(abs(value - self.low), abs(self.high - value)) <= CLOSE * size
+
 
 @dataclass(frozen=True, eq=False)
 class NumberSource:
@@ -71,6 +77,7 @@ class NumberSource:
     inputs: tuple[str, ...]
     units: Mapping[str, str]
     first: Mapping[str, float]
+    call: str = "fit"  # in whose name a refusal speaks
 
     def numbers(self, names: Sequence[str]) -> tuple[UnknownNumber, ...]:
         """The numbers of some names; a name of a vector or matrix has one for each entry.
@@ -84,10 +91,10 @@ class NumberSource:
         """
         numbers = [number for name in names for number in self._of(name)]
         if not numbers:
-            raise ValueError("`fit(free=...)` must name at least one unknown number; got none.")
+            raise ValueError(f"`{self.call}(free=...)` must name at least one unknown number; got none.")
         every = [number.name for number in numbers]
         if twice := sorted({name for name in every if every.count(name) > 1}):
-            raise ValueError(f"`fit(free=...)` must name each number once; {twice[0]!r} came more than once.")
+            raise ValueError(f"`{self.call}(free=...)` must name each number once; {twice[0]!r} came more than once.")
         return tuple(numbers)
 
     def _of(self, name: str) -> list[UnknownNumber]:
@@ -117,7 +124,7 @@ class NumberSource:
         return numbers
 
     def _sensor(self, kind: str, output: str) -> UnknownNumber:
-        known_name(output, self.units, "outputs of this fit")
+        known_name(output, self.units, f"outputs of `{self.call}(...)`")
         name = f"{kind} of {output}"
         if kind == "offset":
             start = self.first.get(name, 0.0)
@@ -125,6 +132,23 @@ class NumberSource:
         return UnknownNumber(name, "scale", output, "", self.first.get(name, 1.0), 0.0, np.inf, "")
 
     def _delay(self, signal: str) -> UnknownNumber:
-        known_name(signal, self.inputs, "inputs of this fit")
+        known_name(signal, self.inputs, f"inputs of `{self.call}(...)`")
         name = f"delay of {signal}"
         return UnknownNumber(name, "delay", signal, "", self.first.get(name, 0.0), 0.0, np.inf, "s")
+
+
+def with_bounds(
+    call: str, numbers: Sequence[UnknownNumber], bounds: Mapping[str, tuple[float, float]]
+) -> tuple[UnknownNumber, ...]:
+    """The numbers with narrower bounds of a call by name; a ValueError if a start lies beyond them."""
+    names = [number.name for number in numbers]
+    for name, ends in bounds.items():
+        known_name(name, names, f"unknown numbers of `{call}(...)`")
+        own = numbers[names.index(name)]
+        if not ends[0] < ends[1] or not ends[0] <= own.start <= ends[1]:
+            raise ValueError(
+                f"`{call}(bounds={{{name!r}: ...}})` must be two increasing numbers with the start {own.start:g} "
+                f"within them, as the search begins there; got {ends[0]:g} and {ends[1]:g}: choose another `start`."
+            )
+    pairs = [(one, bounds.get(one.name, (-np.inf, np.inf))) for one in numbers]
+    return tuple(replace(one, low=max(one.low, ends[0]), high=min(one.high, ends[1])) for one, ends in pairs)

@@ -11,8 +11,9 @@ from workbench.core.equations import Loop
 from workbench.core.validation.refusals import one_of, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
-from workbench.identification.estimation.fit_system import equation_of, start_values
+from workbench.identification.estimation.fit_system import start_values
 from workbench.identification.estimation.input_record import HOLDS
+from workbench.identification.estimation.system_equations import continuous_system
 from workbench.identification.experiments.design_problem import CALL, InputSchedule, dataset_of, problem_of
 from workbench.identification.experiments.design_search import DesignEnd, search
 from workbench.identification.experiments.experiment_design import DesignCertificate, ExperimentDesign
@@ -49,7 +50,7 @@ def design_experiment(
     Parameters
     ----------
     system, free, start
-        As for `wb.fit`, without delays. P counts relative to the sizes of the numbers z, and is exact at their values.
+        As for `wb.fit`; delays need hold "linear". P counts relative to the sizes of z, and is exact at its values.
     inputs, outputs, noise, limits
         Names of the inputs that are designed and of the outputs that are measured, with standard deviations of their
         noise; and low and high ends of inputs, states, outputs and rates by name, as "rate of omega".
@@ -77,7 +78,7 @@ def design_experiment(
     >>> design.ratios["chirp"]["J"] > 1.0  # its interval is longer than that of the design
     True
     """
-    ode, schedule = equation_of(system, CALL), InputSchedule.of(until, every, period, harmonics, steps)
+    ode, schedule = continuous_system(system, CALL), InputSchedule.of(until, every, period, harmonics, steps)
     which = one_of(f"{CALL}(criterion=...)", criterion, CRITERIA), one_of(f"{CALL}(hold=...)", hold, HOLDS)
     problem = problem_of(ode, free, inputs, outputs, noise, limits, schedule, *which, start_values(CALL, start))
     count, key = whole(f"{CALL}(starts=...)", starts), check_seed(f"{CALL}(seed=...)", seed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
@@ -13,6 +14,7 @@ from workbench.identification.datasets import Dataset, Experiment
 from workbench.identification.estimation.fit_system import number_source, refuse_inputs
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.unknown_numbers import UnknownNumber
 from workbench.identification.experiments.driven_response import DrivenResponse
 from workbench.identification.experiments.information_criterion import InformationCriterion
 from workbench.identification.experiments.input_shapes import InputShape, harmonics, levels
@@ -120,11 +122,10 @@ def problem_of(
     dataset = dataset_of(ode, inputs, t, np.zeros((t.size, len(driven))))
     if not free:
         raise ValueError(f"`{CALL}(free=...)` must name at least one number to estimate; got none.")
-    source = number_source(ode, dataset, driven, pairs, values)
+    source = number_source(CALL, ode, dataset, driven, pairs, values)
     numbers = source.numbers(free)
-    refuse_inputs(numbers, driven)
-    if delays := [number.name for number in numbers if number.kind == "delay"]:
-        raise ValueError(f"`{CALL}(free=...)` does not design for delays; got '{delays[0]}': leave it out.")
+    refuse_inputs(CALL, numbers, driven)
+    _refuse_delays(ode, numbers, names, hold)
     model = OutputModel(ode, dataset, driven, pairs, numbers, source.p, source.x0, (schedule.every,), (0.0,))
     path = PathLimits.of(ode, tuple(one.label for one in driven), limits)
     if not path.names:
@@ -139,6 +140,24 @@ def problem_of(
     return DesignProblem(
         response, shape, InformationCriterion(criterion, sizes), rest, schedule.until, schedule.highest
     )
+
+
+def _refuse_delays(ode: Ode, numbers: Sequence[UnknownNumber], outputs: Sequence[str], hold: str) -> None:
+    """Refuse delays of inputs that jump, by which no output has a derivative everywhere, or that an output shows."""
+    delays = [number for number in numbers if number.kind == "delay"]
+    if delays and hold != "linear":
+        raise ValueError(
+            f"`{CALL}(free=...)` designs for '{delays[0].name}' with hold='linear' alone, as inputs on straight lines "
+            "have a slope by which a delay acts: say `hold='linear'`."
+        )
+    labels = (*ode.states.labels, *ode.outputs.labels)
+    y = ca.vertcat(ode.x, ode.output)[[labels.index(name) for name in outputs]]
+    for number in delays:
+        if ca.depends_on(y, ode.p[ode.parameters.labels.index(number.label)]):
+            raise ValueError(
+                f"`{CALL}(free=...)` designs for delays of inputs that act on states; an output has '{number.label}' "
+                f"itself in it: leave '{number.name}' out, or measure another output."
+            )
 
 
 def _inputs(ode: Ode, inputs: Sequence[str], values: Mapping[str, float], hold: str) -> tuple[MeasuredInput, ...]:
@@ -209,7 +228,7 @@ def _refuse_rest(response: DrivenResponse, c: Array) -> None:
     limits, x = response.limits, response.states(c)
     finite_rows = np.isfinite(x).all(axis=1)
     last = len(x) if finite_rows.all() else int(np.argmin(finite_rows))
-    u = response.bases[0] @ c.T
+    u = response.inputs(c)[0]
     t = response.record.record.t[: min(last, len(u))]
     values = limits.values(t, x[: len(t)], response.model.p, u[: len(t)])
     beyond = (values <= limits.low) | (values >= limits.high)

@@ -52,11 +52,34 @@ class DrivenResponse:
         """The instants of the steps."""
         model, end = self.model, float(self.model.dataset.experiments[0].t[-1])
         instants = model.ode.switches.until(model.p[np.newaxis], end)[0]
-        return input_record(model.dataset.experiments[0], model.inputs, {}, instants, model.h[0])
+        delays = {one.signal: delay for one, delay in zip(model.inputs, self.delays, strict=True) if delay}
+        return input_record(model.dataset.experiments[0], model.inputs, delays, instants, model.h[0])
+
+    @cached_property
+    def delays(self) -> Array:
+        """(nu,), the delays of the inputs in s."""
+        delays = {number.label: number.start for number in self.model.numbers if number.kind == "delay"}
+        return np.array([delays.get(one.label, 0.0) for one in self.model.inputs])
 
     @cached_property
     def bases(self) -> tuple[Array, Array]:
-        """The bases (K, nb) of the inputs at the begin and at the end of each step."""
+        """The bases (K, nu, nb) of the inputs that act at the begin and at the end of each step."""
+        pairs = [self._prompt_bases if not delay else self._delayed_bases(delay) for delay in self.delays]
+        begins, ends = zip(*pairs, strict=True)
+        return np.stack(begins, axis=1), np.stack(ends, axis=1)
+
+    def _delayed_bases(self, delay: float) -> tuple[Array, Array]:
+        """The bases (K, nb) at the begin and at the end of each step of an input on straight lines that acts later."""
+        t, begin = self.record.record.t, self.record.record.t[self.record.samples]
+        at = np.maximum(t - delay, begin[0])
+        row = np.clip(np.searchsorted(begin, at, side="right") - 1, 0, len(begin) - 2)
+        share = ((at - begin[row]) / (begin[row + 1] - begin[row]))[:, np.newaxis]
+        values = self.basis[row] + share * (self.basis[row + 1] - self.basis[row])
+        return values[:-1], values[1:]
+
+    @cached_property
+    def _prompt_bases(self) -> tuple[Array, Array]:
+        """The bases (K, nb) at the begin and at the end of each step of an input without delay."""
         t, samples = self.record.record.t, self.record.samples
         row = np.searchsorted(samples, np.arange(len(t) - 1), side="right") - 1
         if self.model.inputs[0].hold == "hold":
@@ -68,8 +91,12 @@ class DrivenResponse:
 
     def numbers(self, c: Array) -> Array:
         """The recorded numbers (K, 2 + 2 nu) of the steps."""
-        begins, ends = (basis @ c.T for basis in self.bases)
-        return record_rows(self.record.record.t, begins, ends)
+        return record_rows(self.record.record.t, *self.inputs(c))
+
+    def inputs(self, c: Array) -> tuple[Array, Array]:
+        """The inputs (K, nu) that act at the begin and at the end of each step."""
+        begins, ends = (np.einsum("kub,ub->ku", basis, c) for basis in self.bases)
+        return begins, ends
 
     # the motion and its limits
 
@@ -81,8 +108,17 @@ class DrivenResponse:
     def _instants(self, x: Array, c: Array) -> tuple[Array, Array, Array]:
         """Instants (2 K,), states and inputs at the begins of all steps, and then at their ends."""
         t = self.record.record.t
-        inputs = np.vstack([basis @ c.T for basis in self.bases])
-        return np.concatenate([t[:-1], t[1:]]), np.vstack([x[:-1], x[1:]]), inputs
+        return np.concatenate([t[:-1], t[1:]]), np.vstack([x[:-1], x[1:]]), np.vstack(self.inputs(c))
+
+    @cached_property
+    def _limits_of_inputs(self) -> list[tuple[int, int]]:
+        """The places of limits of inputs with a delay, and of their inputs: they hold for what is commanded."""
+        own = [
+            (i, self.limits.inputs.index(name))
+            for i, name in enumerate(self.limits.names)
+            if name in self.limits.inputs
+        ]
+        return [(i, u) for i, u in own if self.delays[u]]
 
     def margins(self, c: Array) -> Array:
         """The distances (rows, all limits, 2) to the lower and upper ends, as shares of each range; NaN is none."""
@@ -91,6 +127,8 @@ class DrivenResponse:
             return np.full((1, len(self.limits.all_names), 2), -np.inf)
         t, at, u = self._instants(x, c)
         values = self.limits.values(t, at, self.model.p, u)
+        for i, place in self._limits_of_inputs:
+            values[:, i] = np.vstack(self._prompt_bases) @ c[place]
         return self._ordered(values, self.input_slopes @ c.T)
 
     @cached_property
@@ -120,7 +158,10 @@ class DrivenResponse:
             local = self.limits.derivatives(t[row], at[row], self.model.p, u[row])[np.arange(row.size), limit]
             steps = len(self.bases[0])
             k = np.where(row < steps, row, row - steps + 1)
-            direct = local[:, nx:, np.newaxis] * np.vstack(self.bases)[row, np.newaxis]
+            bases = np.vstack(self.bases)[row]
+            for i, place in self._limits_of_inputs:
+                bases[limit == i, place] = np.vstack(self._prompt_bases)[row[limit == i]]
+            direct = local[:, nx:, np.newaxis] * bases
             out[is_path] = np.einsum("mi,mij->mj", local[:, :nx], dx[k]) + direct.reshape(row.size, -1)
         for m in np.flatnonzero(~is_path):
             i = self.limits.slopes[places[m, 1] - len(self.limits.names)][0]
@@ -134,9 +175,8 @@ class DrivenResponse:
         slopes = flat.reshape(len(d), nx, nx + d.shape[1])
         begins, ends = self.bases
         A, middle, change = slopes[:, :, :nx], slopes[:, :, nx + 2 : nx + 2 + nu], slopes[:, :, nx + 2 + nu :]
-        drive = np.einsum("kiu,kb->kiub", middle, (begins + ends) / 2) + np.einsum(
-            "kiu,kb->kiub", change, ends - begins
-        )
+        drive = np.einsum("kiu,kub->kiub", middle, (begins + ends) / 2)
+        drive = drive + np.einsum("kiu,kub->kiub", change, ends - begins)
         drive = drive.reshape(len(d), nx, nu * nb)
         out = np.zeros((len(d) + 1, nx, nu * nb))
         for k in range(len(d)):
@@ -188,5 +228,5 @@ class DrivenResponse:
         back = backward(march(self.functions.wide, len(X) - 1))
         nu, (begins, ends) = len(c), self.bases
         d = np.array(back(self._start, self.numbers(c).T, self.model.p, X[1:].T, seeds[1:].T)).T
-        through = d[:, 2 : 2 + nu].T @ ((begins + ends) / 2) + d[:, 2 + nu :].T @ (ends - begins)
-        return value, direct + through
+        through = np.einsum("ku,kub->ub", d[:, 2 : 2 + nu], (begins + ends) / 2)
+        return value, direct + through + np.einsum("ku,kub->ub", d[:, 2 + nu :], ends - begins)

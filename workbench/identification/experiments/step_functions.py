@@ -34,7 +34,8 @@ def step_functions(
     X = ca.vertcat(x, ca.vec(S))
     after = rule.F(1.0, 0.0, x, p, ca.SX(0, 1), d)
     by_p, unit = ca.jacobian(after, p), _parameter_columns(ode, kinds)
-    wide = ca.vertcat(after, ca.vec(ca.jacobian(after, x) @ S + by_p @ unit))
+    direct = by_p @ unit + _delay_columns(after, d, inputs, kinds)
+    wide = ca.vertcat(after, ca.vec(ca.jacobian(after, x) @ S + direct))
     plain = ca.Function("plain", [x, d, p], [ca.densify(after)], {"cse": True})
     slopes = ca.densify(ca.jacobian(after, ca.vertcat(x, d)))
     J, t, u = _outputs(ode, inputs, kinds, outputs, X, S)
@@ -47,6 +48,20 @@ def step_functions(
         ca.Function("derivatives", [X, t, u, p], [ca.densify(ca.vec(J))]),
         ca.Function("pulls", [X, t, u, p, ca.vec(G)], [ca.densify(pulls)]),
     )
+
+
+def _delay_columns(after: ca.SX, d: ca.SX, inputs: tuple[str, ...], kinds: tuple[tuple[str, str], ...]) -> ca.SX:
+    """(nx, nz), the derivatives of a step by delays: an input on a straight line is lower by its slope times the delay.
+
+    d = [middle time, length, middles (nu), changes (nu)] of the step.
+    """
+    columns = ca.SX(after.numel(), len(kinds))
+    for i, (kind, label) in enumerate(kinds):
+        if kind == "delay":
+            place = inputs.index(label)
+            middle, change = d[2 + place], d[2 + len(inputs) + place]
+            columns[:, i] = -ca.jacobian(after, middle) * (change / d[1])
+    return columns
 
 
 def _parameter_columns(ode: Ode, kinds: tuple[tuple[str, str], ...]) -> ca.DM:

@@ -1,7 +1,7 @@
 """Steps of a filter on square roots of covariances, P = S S', by orthogonal transformations (array algorithms).
 
 No covariance is ever subtracted from another, so that S S' cannot lose its definiteness.
-Kailath, Sayed and Hassibi (2000), Linear Estimation, chapter 12; for smoothers Park and Kailath (1995), IEEE TAC 40(4).
+Kailath, Sayed and Hassibi (2000), Linear Estimation, chapter 12; for smoothers Park and Kailath (1996), IEEE TAC 41(5).
 """
 
 from __future__ import annotations

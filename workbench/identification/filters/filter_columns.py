@@ -11,6 +11,7 @@ from workbench.core import Entry, Layout
 from workbench.core.units import read
 from workbench.core.validation.refusals import Array, describe, known_name
 from workbench.identification.datasets import Dataset, Experiment
+from workbench.identification.datasets.signal_checks import units_of, wrapped_rows
 from workbench.identification.filters.filter_input import times
 
 _OF_MODEL = "parameters and outputs of the model"
@@ -40,6 +41,20 @@ class FilterColumns:
     outputs: Layout
     output_places: tuple[int, ...]
     y: Array
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """A remark for each output that is an angle which jumps by a full turn."""
+        jumps = {
+            label: wrapped_rows(column[np.isfinite(column)], unit).size
+            for label, column, unit in zip(self.outputs.labels, self.y.T, units_of(self.outputs), strict=True)
+        }
+        return tuple(
+            f"The samples of '{label}' jump by a full turn {count} times, and no innovation takes a turn back: add the "
+            f"turns by `log.unwrap(['{label}'])`."
+            for label, count in jumps.items()
+            if count
+        )
 
 
 def columns_of(
@@ -128,14 +143,10 @@ def _signal(call: str, ours: str, theirs: str, layout: Layout, signals: Layout) 
             f"numbers, and '{ours}' has {len(places)}."
         )
     for place, column in zip(places, columns, strict=True):
-        want, got = _units(layout)[place], _units(signals)[column]
+        want, got = units_of(layout)[place], units_of(signals)[column]
         if not read(want).fits(read(got)):
             raise ValueError(
                 f"`{call}(log=...)` must have signals in the units of the model, as nothing is converted; '{theirs}' "
                 f"is in [{got}], and '{ours}' in [{want}]."
             )
     return columns
-
-
-def _units(layout: Layout) -> list[str]:
-    return [unit for entry in layout.entries for unit in entry.units]

@@ -34,10 +34,11 @@ class FilterProblem:
     states: Layout
     motion: Callable[[int], AbstractMotion]
     has_parts: bool  # True for an `Ode`
+    remarks: tuple[str, ...] = ()  # on the log
 
     def remarks_on(self, x: Array) -> tuple[str, ...]:
-        """A remark for each state and parameter whose estimates (N, n) leave the bounds that it declares."""
-        remarks, rows = [], x[np.isfinite(x).all(axis=1)]
+        """The remarks on the log, and one for each state whose estimates (N, n) leave the bounds that it declares."""
+        remarks, rows = list(self.remarks), x[np.isfinite(x).all(axis=1)]
         for entry in self.states.entries:
             if entry.bounds.symmetric or not len(rows):
                 continue
@@ -71,6 +72,7 @@ def problem_of(call: str, log: Dataset, model: StochasticModel, reading: LogRead
         step.states,
         lambda _: MapMotion(step.states, columns, expressions, rows, k, noise),
         has_parts=False,
+        remarks=columns.remarks,
     )
 
 
@@ -100,6 +102,7 @@ def _of_ode(call: str, log: Dataset, model: StochasticModel, ode: Ode, reading: 
         wider.states,
         lambda parts: OdeMotion(wider, columns, rest, noise, reading.hold, parts),
         has_parts=True,
+        remarks=columns.remarks,
     )
 
 

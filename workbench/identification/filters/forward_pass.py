@@ -23,13 +23,14 @@ class Moves:
 
     `transitions` (N - 1, n, n) are the Jacobians F, and `noises` (N - 1, n, l) the square roots of the added noise. Of
     an unscented filter `spreads` (N - 1, n, m) are the moved sigma points, each over its mean and by the root of its
-    weight, and `points` (n, m) those before the move, in units of S.
+    weight, and `points` (n, m) those before the move, in units of S. Of a linear filter `readings` (N, q, n) are C.
     """
 
     transitions: Array
     noises: Array
     spreads: Array | None = None
     points: Array | None = None
+    readings: Array | None = None
 
     def of_roots(self, S: Array) -> tuple[Array, Array]:
         """The spreads (N - 1, n, m) after the moves and before them, of roots S (N - 1, n, n) before them."""

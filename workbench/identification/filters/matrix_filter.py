@@ -31,7 +31,7 @@ class _MatrixPass(AbstractPass):
         return A.dot(x) + self._b[k], A.dot(S), self._noise[k]
 
     def moves(self) -> Moves:
-        return Moves(self._A[: len(self.y) - 1], self._noise[: len(self.y) - 1])
+        return Moves(self._A[: len(self.y) - 1], self._noise[: len(self.y) - 1], readings=self._C)
 
     def run(self, x: Array, S: Array, R: Array) -> PassRecord:
         if self._A.strides[0] or self._C.strides[0] or self._noise.strides[0]:

@@ -14,6 +14,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, Integers, as_array, describe, one_of
 from workbench.core.validation.signatures import answer, check_arguments
 from workbench.core.validation.type_hints import KindError
+from workbench.identification.filters.autocovariance_start import autocovariance_numbers
 from workbench.identification.filters.filter_estimate import FilterEstimate
 from workbench.identification.filters.filter_input import covariance
 
@@ -22,6 +23,7 @@ FORMS = ("diagonal", "scaled")
 STEP, WIDE_STEP = 1e-3, 1e-2  # of the logarithm of a variance, for first and for second derivatives
 RANGE = float(np.log(1e10))  # of this logarithm about its start, each way
 FLAT = 1e-2  # second derivative of the log-likelihood below which the samples say nothing of a variance
+LARGER = (1.0, 1e3, 1e6, 1e9)  # factors of Q, tried for a gain that settles within the samples
 BARRIER = 1e50  # in the place of an infinite cost
 NEAR = 0.01  # standard errors, from the end of the search to the maximum
 
@@ -69,13 +71,17 @@ class NoiseCovariances:
 def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal") -> NoiseCovariances:
     """The noise covariances of largest likelihood, over the exact log-likelihood of a filter.
 
+    If `run` gives Kalman filters with constant matrices, the search begins at the Q and R by autocovariances of the
+    innovations (Odelson, Rajamani and Rawlings 2006), or at those given, by the larger likelihood.
+
     Parameters
     ----------
     run
         A function that gives the `FilterEstimate` for Q and R, or several of independent experiments. The filter of an
         `Ode` must have its `parts` given, so that the likelihood is smooth.
     Q, R
-        The start of the search, (n, n) and (q, q). A variance that is 0 in Q stays 0.
+        The start of the search, (n, n) and (q, q), or the gain for its autocovariances. A variance that is 0 in Q
+        stays 0.
     form
         "diagonal" for each variance of diagonal Q and R, or "scaled" for one factor of Q and one of R.
 
@@ -87,6 +93,7 @@ def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal"
     References
     ----------
     Sarkka (2013), Bayesian Filtering and Smoothing, section 12.2.
+    Odelson, Rajamani and Rawlings (2006), Automatica 42(2), 303-308.
     Harvey (1989), Forecasting, Structural Time Series Models and the Kalman Filter, section 3.4.
 
     Examples
@@ -104,16 +111,17 @@ def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal"
         covariance(call, "Q", Q, _size(call, "Q", Q)), covariance(call, "R", R, _size(call, "R", R), True), form
     )
     search = _Search(call, run, shape)
-    first = search.begin()
+    estimates = search.begin()
+    start = search.start(estimates)
     ends = minimize(
         search.cost,
-        np.zeros(shape.size),
+        start,
         jac=search.slope,
         method="L-BFGS-B",
-        bounds=[(-RANGE, RANGE)] * shape.size,
+        bounds=[(log - RANGE, log + RANGE) for log in start],
         options={"ftol": 1e-14, "gtol": 1e-6, "maxiter": 200},
     )
-    return _answer(search, np.asarray(ends.x), shape.names(first))
+    return _answer(search, np.asarray(ends.x), start, shape.names(estimates[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +160,15 @@ class _Shape:
         scales[self.free] = factors[: len(self.free)]
         return self.Q * scales, self.R * factors[len(self.free) :]
 
+    def parts(self) -> list[tuple[Array, Array]]:
+        """The parts of (Q, R), one for each logarithm, of which the factors make both."""
+        no_q, no_r = np.zeros_like(self.Q), np.zeros_like(self.R)
+        if self.form == "scaled":
+            return [(self.Q, no_r), (no_q, self.R)]
+        own = [(np.diag(np.where(np.arange(len(self.Q)) == i, np.diag(self.Q), 0.0)), no_r) for i in self.free]
+        sensors = range(len(self.R))
+        return own + [(no_q, np.diag(np.where(np.arange(len(self.R)) == i, np.diag(self.R), 0.0))) for i in sensors]
+
     def values(self, logs: Array) -> Array:
         """The free numbers."""
         if self.form == "scaled":
@@ -180,15 +197,30 @@ class _Search:
         ask = partial(self._run, *self.shape.matrices(logs))
         return answer(f"{self._call}(run=...)", "give a `FilterEstimate`, or several", ask, _estimates, refuses=True)
 
-    def begin(self) -> FilterEstimate:
-        """The first estimate at the start of the search, which must have a likelihood."""
-        first, *more = self.estimates(np.zeros(self.shape.size))
-        if not all(np.isfinite(estimate.log_likelihood) for estimate in (first, *more)):
+    def begin(self) -> list[FilterEstimate]:
+        """The estimates at the start that was given, which must have a likelihood."""
+        estimates = self.estimates(np.zeros(self.shape.size))
+        if not all(np.isfinite(estimate.log_likelihood) for estimate in estimates):
             raise ValueError(
                 f"`{self._call}(Q=..., R=...)` must be a start at which the filter does not diverge; here it does: "
                 "take larger variances."
             )
-        return first
+        return estimates
+
+    def start(self, estimates: list[FilterEstimate]) -> Array:
+        """The logarithms (m,) at which the search begins: by autocovariances, or zeros if these are less likely.
+
+        A gain that has not settled within the samples gives no autocovariances; one for a larger Q settles sooner.
+        """
+        zeros, given = np.zeros(self.shape.size), -sum(one.log_likelihood for one in estimates)
+        for larger in LARGER:
+            logs = zeros.copy()
+            logs[: self.shape.size - len(self.shape.R) if self.shape.form == "diagonal" else 1] = np.log(larger)
+            some = estimates if larger == 1 else self.estimates(logs)
+            found = autocovariance_numbers(some, self.shape.matrices(logs)[1], self.shape.parts())
+            if found is not None:
+                return np.log(found) if self.cost(np.log(found)) < given else zeros
+        return zeros
 
     def cost(self, logs: Array) -> float:
         """-log L; where a filter diverges, a number from which the search turns back."""
@@ -219,9 +251,9 @@ def _estimates(given: object) -> list[FilterEstimate]:
     return estimates
 
 
-def _answer(search: _Search, logs: Array, names: tuple[str, ...]) -> NoiseCovariances:
+def _answer(search: _Search, logs: Array, start: Array, names: tuple[str, ...]) -> NoiseCovariances:
     slope, H = search.slope(logs), search.curvature(logs)
-    known = (np.diag(H) > FLAT) & (np.abs(logs) < RANGE)
+    known = (np.diag(H) > FLAT) & (np.abs(logs - start) < RANGE)
     errors, remarks, distance = np.full(len(logs), np.nan), [], 0.0
     part = H[np.ix_(known, known)]
     for name in np.array(names)[~known]:

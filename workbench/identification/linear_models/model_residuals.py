@@ -51,6 +51,7 @@ def whiteness(residuals: Sequence[Array], lags: int, parameters: int) -> Correla
     ----------
     Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, equation 1.3.
     """
+    residuals = [one[np.isfinite(one)] for one in residuals]  # what is white stays so without some of its numbers
     N = sum(map(len, residuals))
     r = np.array([_lagged(residuals, residuals, k) for k in range(lags + 1)])
     r = r / r[0] if r[0] > 0 else np.concatenate([[1.0], np.zeros(lags)])
@@ -63,11 +64,18 @@ def whiteness(residuals: Sequence[Array], lags: int, parameters: int) -> Correla
 
 
 def input_correlation(
-    residuals: Sequence[Array], inputs: Sequence[Array], J: Array, first: int, lags: int, name: str
+    residuals: Sequence[Array],
+    inputs: Sequence[Array],
+    J: Array,
+    first: int,
+    lags: int,
+    name: str,
+    basis: Array | None = None,
 ) -> CorrelationTest:
     """The correlation of residuals with an input at lags from `first` on, with the score test for a further response.
 
-    The test allows for the estimated parameters by the gradients J (N, size), and for residuals that are not white.
+    The test allows for the estimated parameters by the gradients J (N, size), and for residuals that are not white. A
+    residual may be NaN, where J is 0; or all are there, less the directions of a `basis` (N, m), and white beside it.
 
     References
     ----------
@@ -75,19 +83,23 @@ def input_correlation(
     """
     at = np.arange(first, first + lags)
     N = sum(map(len, residuals))
-    sizes = np.sqrt(sum(float(e @ e) for e in residuals)) * np.sqrt(sum(float(u @ u) for u in inputs))
+    seen_rows = np.isfinite(np.concatenate(residuals))
+    whole = [np.where(np.isfinite(e), e, 0.0) for e in residuals]
+    sizes = np.sqrt(sum(float(e @ e) for e in whole)) * np.sqrt(sum(float(u @ u) for u in inputs))
     r = np.array([_lagged(residuals, inputs, int(k)) for k in at]) * N / (sizes or 1.0)
     AR, variance = noise_filter(residuals)
     shaped = [lfilter([1.0], AR, u[::-1])[::-1] * np.sqrt(variance) for u in inputs]
     power = sum(float(u @ u) for u in inputs)
-    errors = sum(float(e @ e) for e in residuals)
+    errors = sum(float(e @ e) for e in whole)
     spread = np.sqrt(sum(float(u @ u) for u in shaped) / max(power * errors, 1e-300))
-    Z = np.vstack([_shifted(u, at) for u in inputs])
+    Z = np.where(seen_rows[:, np.newaxis], np.vstack([_shifted(u, at) for u in inputs]), 0.0)
+    if basis is not None:
+        Z = Z - basis @ (basis.T @ Z)
     if J.shape[1]:
         Q = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))[0]
         Z = Z - Q @ (Q.T @ Z)
-    W = shaped_product(Z, residuals)
-    score = Z.T @ np.concatenate(residuals)
+    W = shaped_product(Z, residuals) if basis is None else Z.T @ Z * errors / (N - basis.shape[1])
+    score = Z.T @ np.concatenate(whole)
     values, vectors = np.linalg.eigh(W)
     seen = values > 1e-8 * max(values.max(initial=0.0), 1e-300)
     statistic = float(np.sum((vectors[:, seen].T @ score) ** 2 / values[seen]))
@@ -98,7 +110,7 @@ def input_correlation(
 
 def noise_filter(residuals: Sequence[Array]) -> tuple[Array, float]:
     """A in A e = w, w white, of an order by BIC, and the variance of w: a model of residuals that may be coloured."""
-    N = sum(map(len, residuals))
+    N = sum(int(np.isfinite(one).sum()) for one in residuals)
     most = min(LONGEST_AR, N // 20)
     r = np.array([_lagged(residuals, residuals, k) for k in range(most + 1)])
     if r[0] <= 0:
@@ -106,6 +118,8 @@ def noise_filter(residuals: Sequence[Array]) -> tuple[Array, float]:
     best, A, variance = (np.log(r[0]), np.ones(1), float(r[0])), np.ones(1), float(r[0])
     for order in range(1, most + 1):  # Levinson's recursion
         k = -float(A @ r[order:0:-1]) / variance
+        if abs(k) >= 1:  # correlations of a signal with gaps need be those of no process
+            break
         A = np.concatenate([A, [0.0]]) + k * np.concatenate([[0.0], A[::-1]])
         variance *= 1 - k**2
         score = np.log(max(variance, 1e-300)) + order * np.log(N) / N
@@ -132,9 +146,14 @@ def shaped_product(Z: Array, residuals: Sequence[Array]) -> Array:
 
 
 def _lagged(first: Sequence[Array], second: Sequence[Array], lag: int) -> float:
-    """The mean product of a signal and another one `lag` periods before."""
-    total = sum(float(a[lag:] @ b[: len(b) - lag]) for a, b in zip(first, second, strict=True) if len(b) > lag)
-    return total / sum(map(len, first))
+    """The mean product of a signal and another one `lag` periods before; of a first one with NaN, over its numbers."""
+    pairs = [(a[lag:], b[: len(b) - lag]) for a, b in zip(first, second, strict=True) if len(b) > lag]
+    N = sum(map(len, first))
+    if all(np.isfinite(a).all() and np.isfinite(b).all() for a, b in pairs):
+        return sum(float(a @ b) for a, b in pairs) / N
+    products = np.concatenate([a * b for a, b in pairs])
+    there = np.isfinite(products)
+    return float(products[there].sum()) / max(int(there.sum()), 1) * len(products) / N
 
 
 def _shifted(signal: Array, delays: Integers) -> Array:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from workbench.core.validation.refusals import Array
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
 
 Complex = NDArray[np.complex128]
@@ -74,8 +75,13 @@ def response_covariance(slope: Complex, covariance: Array) -> Array:
     return np.asarray(both @ covariance @ both.transpose(0, 2, 1))
 
 
-def simulate_record(structure: PolynomialStructure, model: Polynomials, u: Array, y: Array) -> Array:
-    """The output (N,) for inputs u (nu, N) without noise, from the initial values that fit y (N,) best."""
+def simulate_record(
+    structure: PolynomialStructure, model: Polynomials, u: Array, y: Array, counts: Marks | None = None
+) -> Array:
+    """The output (N,) for inputs u (nu, N) without noise, from the initial values that fit y (N,) best.
+
+    `counts` (N,) is False where y is missing.
+    """
     output = sum(lfilter(B, np.convolve(model.A, F), part) for B, F, part in zip(model.B, model.F, u, strict=True))
     below = model.A
     for F in model.F:
@@ -94,5 +100,6 @@ def simulate_record(structure: PolynomialStructure, model: Polynomials, u: Array
     if not np.isfinite(columns).all() or not np.isfinite(output).all():
         return np.full(len(y), np.nan)
     scale = np.linalg.norm(columns, axis=0)
-    values = np.linalg.lstsq(columns / scale, y - output, rcond=1e-10)[0]
+    there = slice(None) if counts is None else counts
+    values = np.linalg.lstsq((columns / scale)[there], (y - output)[there], rcond=1e-10)[0]
     return np.asarray(output + columns @ (values / scale))

@@ -37,9 +37,16 @@ class OrderSelection:
         Raises
         ------
         ValueError
-            If the criterion is none of these.
+            If the criterion is none of these, or outputs are missing and the errors of the models are not of the same
+            samples, which AIC and BIC need.
         """
         one_of("best(criterion=...)", criterion, CRITERIA)
+        counts = {one.samples for one in self.models}
+        if criterion != "hold-out" and len(counts) > 1:
+            raise ValueError(
+                f"`best(criterion={criterion!r})` needs models of the same errors; with the missing outputs of this "
+                f"log {min(counts):,} to {max(counts):,} count: use the hold-out."
+            )
         if criterion == "hold-out":
             return min(self.models, key=lambda one: one.holdout.prediction_rmse if one.holdout else np.inf)
         return min(self.models, key=lambda one: one.AIC if criterion == "AIC" else one.BIC)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from workbench.core.validation.refusals import Array, one_of, whole
 from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
+from workbench.identification.linear_models.gap_innovations import information, innovations
 from workbench.identification.linear_models.gauss_newton import LocalMinimum, SearchDescent, search, tangent
 from workbench.identification.linear_models.model_residuals import shaped_product, whiteness
 from workbench.identification.linear_models.polynomial_model import PolynomialModel, fit_of_model
@@ -21,6 +23,8 @@ from workbench.identification.linear_models.signal_records import LinearSignals,
 Names = str | Sequence[str]
 RANK = 1e-10  # relative: a smaller singular value of the scaled gradients is of parameters that the data do not tell
 NEAR_ENDS = 2.0  # the difference of N ln(squares) below which another end is as likely
+STEP = 1e-2  # standard errors, of a difference of the gradient
+MOST_EFFECTS = 5_000_000  # of missing outputs on errors: 40 MB of numbers
 LAGS = 20  # of the test that decides on the first remark
 
 
@@ -45,7 +49,8 @@ def polynomial_model(
     Parameters
     ----------
     data, holdout
-        Datasets at one constant period, without missing or marked samples; the summary says if there is no hold-out.
+        Datasets at one constant period; the summary says if there is no hold-out. Outputs of `data` may be missing or
+        marked. Without C the errors that need one are left out; with C the likelihood is that of a Kalman filter.
     inputs, output, structure
         The names of the inputs and of the output, and the orders.
     offsets
@@ -58,7 +63,7 @@ def polynomial_model(
     Raises
     ------
     ValueError
-        If samples are missing, marked or not at one period, too few, or do not tell the parameters.
+        If inputs are missing or marked, samples are not at one period, too few, or do not tell the parameters.
     LookupError
         If there is no such signal.
 
@@ -81,7 +86,8 @@ def polynomial_model(
     signals, predictor, point = _problem(data, inputs, output, structure, (offsets, initial))
     count = whole("polynomial_model(starts=...)", starts, 0, 10_000)
     generator = np.random.default_rng(checked_seed("polynomial_model(seed=...)", seed))
-    end, ends = search(predictor, starts_of(predictor, count, generator))
+    first = replace(predictor, records=tuple(record.interpolate() for record in predictor.records))
+    end, ends = search(predictor, starts_of(first, count, generator))
     return _model(signals, predictor, end, ends, point, holdout)
 
 
@@ -92,13 +98,14 @@ def _problem(
     call, (offsets, initial) = "polynomial_model", options
     checked_offsets(call, offsets)
     one_of(f"{call}(initial=...)", initial, ("estimate", "zero"))
-    signals = signals_of(f"{call}(data)", data, inputs, output, structure.longest + 1)
+    signals = signals_of(f"{call}(data)", data, inputs, output, structure.longest + 1, gaps=True)
     if signals.inputs.size != structure.nu:
         raise ValueError(
             f"`{call}(structure=...)` must have orders for {signals.inputs.size} inputs; it has {structure.nu}."
         )
     u0, y0 = signals.offsets(offsets)
     predictor = Predictor(structure, signals.records(u0, y0), initial == "estimate", offsets == "estimate")
+    _refuse_many_gaps(call, predictor)
     least = structure.size + predictor.nuisances
     if predictor.samples < 2 * least:
         raise ValueError(
@@ -106,6 +113,16 @@ def _problem(
             "at least twice as many samples: log for longer, or take lower orders."
         )
     return signals, predictor, (u0, y0)
+
+
+def _refuse_many_gaps(call: str, predictor: Predictor) -> None:
+    """Refuse missing outputs whose matrix of effects on the errors would be too large."""
+    count, most = sum(len(record.gaps) for record in predictor.records), sum(len(one.y) for one in predictor.records)
+    if predictor.structure.nc and count * most > MOST_EFFECTS:
+        raise ValueError(
+            f"`{call}(data)` with C takes at most {MOST_EFFECTS // most:,} missing or marked outputs among "
+            f"{most:,}; got {count:,}: take a structure without C, or experiments from between the gaps."
+        )
 
 
 def _model(
@@ -119,10 +136,15 @@ def _model(
     """The model at the end of a search, with its covariance and its remarks."""
     held, errors = predictor.structure, end.errors
     free = tangent(held, end.theta, errors)
-    variance = end.squares / (predictor.samples - held.size - predictor.nuisances)
-    lengths = np.cumsum([len(record.y) for record in predictor.records])[:-1]
-    residuals = np.split(errors.e, lengths)
-    covariance = _covariance(predictor, errors.J @ free, residuals, variance)
+    degrees = predictor.samples - held.size - predictor.nuisances
+    variance = end.squares / errors.scale**2 / degrees
+    residuals = predictor.residuals(errors.e)
+    covariance = _covariance(predictor, errors.J @ free, residuals, end.squares / degrees)
+    if errors.basis is not None:
+        residuals = innovations(predictor, end.theta, errors)
+        steps = STEP * np.sqrt(np.diag(covariance))
+        exact = np.linalg.inv(information(predictor, end.theta, steps, free)) * predictor.samples / degrees
+        covariance = exact if (np.linalg.eigvalsh(exact) > 0).all() else covariance
     u0, y0 = offsets
     gain = float(held.polynomials(end.theta).A.sum())
     point = y0 + (errors.constant / gain if gain else 0.0)
@@ -167,7 +189,7 @@ def _covariance(predictor: Predictor, J: Array, residuals: list[Array], variance
     inverse = (V.T / s**2) @ V / np.outer(scale, scale)
     if held.na or held.nc or held.nd:
         return np.asarray(variance * inverse)
-    return np.asarray(inverse @ shaped_product(J, residuals) @ inverse)
+    return np.asarray(inverse @ shaped_product(predictor.on_grid(J, 0.0), residuals) @ inverse)
 
 
 def _remarks(
@@ -187,6 +209,9 @@ def _remarks(
             )
     if (largest := largest_root(held.polynomials(end.theta).A)) > 1:
         found.append(f"The model is unstable, with a pole of size {largest:.4g}.")
+    if predictor.has_gaps:
+        every = sum(len(record.y) for record in predictor.records)
+        found.append(f"Outputs are missing or marked: {predictor.samples} of {every} errors count.")
     if at_limit:
         found.append("A root of C, D or F is held at the unit circle.")
     near = [one for one in ends[1:] if predictor.samples * np.log(one.squares / end.squares) < NEAR_ENDS]

@@ -16,6 +16,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.frequency_estimate import FrequencyEstimate
+from workbench.identification.linear_models.gap_innovations import innovations
 from workbench.identification.linear_models.gauss_newton import LocalMinimum
 from workbench.identification.linear_models.model_residuals import CorrelationTest, input_correlation, whiteness
 from workbench.identification.linear_models.model_systems import (
@@ -26,7 +27,7 @@ from workbench.identification.linear_models.model_systems import (
     simulate_record,
 )
 from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
-from workbench.identification.linear_models.prediction_errors import Predictor
+from workbench.identification.linear_models.prediction_errors import Predictor, Record
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
 
 GRID = 400  # frequencies of a response, if none are named
@@ -51,7 +52,8 @@ class PolynomialModel:
     """An estimate of A y = sum B_i/F_i q^-nk_i u_i + C/D e, about u0 (nu,) and y0 (1,), at a period in s.
 
     `theta` (size,) has the parameters in the order of `structure.names`, and `covariance` (size, size) that of the
-    estimate. `noise_variance` is that of e, `squares` the sum of its squares over `samples`. `distance` is the length
+    estimate. `noise_variance` is that of e, `squares` the sum of its squares over `samples`; with missing outputs and a
+    C, times det(H' H)^(1 / samples), see `prediction_errors`. `distance` is the length
     of the last Gauss-Newton step in standard errors; `ends` are the ends of the search. `holdout` is the fit of other
     data, None if there are none. `at_limit` is true if a root of the noise model or of F is held at the unit circle.
     """
@@ -126,13 +128,14 @@ class PolynomialModel:
         """
         whole("residual_tests(lags=...)", lags, 1, max(self.samples // 4, 1))
         errors = self.predictor.errors(self.theta)
-        ends = np.cumsum([len(record.y) for record in self.predictor.records])[:-1]
-        residuals, held = np.split(errors.e, ends), self.structure
-        tests = [whiteness(residuals, lags, held.na + held.nc + held.nd)]
+        residuals, held = self.predictor.residuals(errors.e), self.structure
+        white = residuals if errors.basis is None else innovations(self.predictor, self.theta, errors)
+        tests = [whiteness(white, lags, held.na + held.nc + held.nd)]
+        J = self.predictor.on_grid(errors.J, 0.0)
         for i, label in enumerate(self.inputs.labels):
             inputs = [record.u[i] for record in self.predictor.records]
             name = f"correlation with {label}"
-            tests.append(input_correlation(residuals, inputs, errors.J, held.nk[i], lags, name))
+            tests.append(input_correlation(residuals, inputs, J, held.nk[i], lags, name, errors.basis))
         return tuple(tests)
 
     def to_ss(self) -> System:
@@ -239,10 +242,10 @@ def fit_of_model(
 ) -> ModelFit:
     """Prediction and simulation of some signals by parameters theta, with initial values that fit best."""
     records = signals.records(u0, y0)
-    e = Predictor(structure, records).errors(theta, gradients=False).e
-    model = structure.polynomials(theta)
-    misfit = np.concatenate([r.y - simulate_record(structure, model, r.u, r.y) for r in records])
-    moved = np.concatenate([record.y for record in records])
+    at = Predictor(structure, records).errors(theta, gradients=False)
+    e, model = at.e / at.scale, structure.polynomials(theta)
+    misfit = np.concatenate([_there(r.y - simulate_record(structure, model, r.u, r.y, r.counts), r) for r in records])
+    moved = np.concatenate([_there(record.y, record) for record in records])
     size = float(np.linalg.norm(moved - moved.mean()))
 
     def shares(error: Array) -> tuple[float, float]:
@@ -250,3 +253,8 @@ def fit_of_model(
         return norm_of / np.sqrt(len(error)), 100 * (1 - norm_of / size)
 
     return ModelFit(*shares(e), *shares(misfit))
+
+
+def _there(values: Array, record: Record) -> Array:
+    """The values (N,) at the outputs that are not missing."""
+    return values if record.counts is None else values[record.counts]

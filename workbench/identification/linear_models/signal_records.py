@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Entry, Layout
 from workbench.core.validation.refusals import Array, known_name, one_of
 from workbench.identification.datasets import Dataset, Experiment
-from workbench.identification.linear_models.prediction_errors import Record
+from workbench.identification.linear_models.prediction_errors import Record, record_of
 
 JITTER = 0.01  # of the period: the largest distance of a sample from its place
 SAME = 1e-6  # relative: two periods that differ by less are one
@@ -19,7 +19,10 @@ OFFSETS = ("mean", "estimate", "none")
 
 @dataclass(frozen=True, eq=False)
 class LinearSignals:
-    """Inputs u and outputs y of a dataset: for each experiment (N, nu) and (N, ny), and the period in s."""
+    """Inputs u and outputs y of a dataset: for each experiment (N, nu) and (N, ny), and the period in s.
+
+    A sample of an output that is missing or marked is NaN, if the model takes such ones.
+    """
 
     period: float
     inputs: Layout
@@ -29,17 +32,18 @@ class LinearSignals:
 
     @property
     def samples(self) -> int:
-        """The number of samples of all experiments."""
-        return sum(map(len, self.y))
+        """The number of samples of all experiments at which every output counts."""
+        return sum(int(np.isfinite(y).all(axis=1).sum()) for y in self.y)
 
     def means(self) -> tuple[Array, Array]:
-        """The means (nu,) and (ny,) over all samples."""
-        return np.concatenate(self.u).mean(axis=0), np.concatenate(self.y).mean(axis=0)
+        """The means (nu,) and (ny,) over all samples that count."""
+        y = np.concatenate(self.y)
+        return np.concatenate(self.u).mean(axis=0), (np.nanmean if np.isnan(y).any() else np.mean)(y, axis=0)
 
     def records(self, u0: Array, y0: Array) -> tuple[Record, ...]:
         """A record of the first output for each experiment, as deviations from u0 (nu,) and y0 (ny,)."""
         pairs = zip(self.u, self.y, strict=True)
-        return tuple(Record(y[:, 0] - y0[0], np.ascontiguousarray((u - u0).T)) for u, y in pairs)
+        return tuple(record_of(y[:, 0] - y0[0], np.ascontiguousarray((u - u0).T)) for u, y in pairs)
 
     def offsets(self, offsets: str) -> tuple[Array, Array]:
         """The numbers that are taken off before a fit: the means, or zeros if offsets are 'none'."""
@@ -48,9 +52,16 @@ class LinearSignals:
 
 
 def signals_of(
-    call: str, data: Dataset, inputs: str | Sequence[str], outputs: str | Sequence[str], least: int = 2
+    call: str,
+    data: Dataset,
+    inputs: str | Sequence[str],
+    outputs: str | Sequence[str],
+    least: int = 2,
+    gaps: bool = False,
 ) -> LinearSignals:
     """The signals of a dataset at one constant period; what a linear model cannot take is refused by name.
+
+    With `gaps`, samples of outputs may be missing or marked; samples of inputs never.
 
     Raises
     ------
@@ -73,10 +84,17 @@ def signals_of(
                 f"`{call}` needs at least {least} samples in each experiment for this model; '{experiment.name}' has "
                 f"{len(experiment)}: log for longer, or take lower orders."
             )
-        _refuse_gaps(call, experiment, [*ports[0].labels, *ports[1].labels], columns[0] + columns[1])
+        places = columns[0] if gaps else columns[0] + columns[1]
+        _refuse_gaps(call, experiment, [data.signals.labels[place] for place in places], places)
     u, y = (tuple(experiment.values[:, held] for experiment in data) for held in columns)
+    if gaps:
+        weighed = (experiment.is_weighed[:, columns[1]] for experiment in data)
+        y = tuple(np.where(good, part, np.nan) for part, good in zip(y, weighed, strict=True))
     for port, parts in zip(ports, (u, y), strict=True):
-        still = np.ptp(np.concatenate(parts), axis=0) == 0
+        whole = np.concatenate(parts)
+        if np.isnan(whole).all(axis=0).any():
+            raise ValueError(f"`{call}` needs samples of '{port.labels[0]}'; all are missing or marked.")
+        still = np.nanmax(whole, axis=0) == np.nanmin(whole, axis=0)
         if still.any():
             label = port.labels[int(np.argmax(still))]
             raise ValueError(f"`{call}` needs signals that move; '{label}' is constant in this dataset.")

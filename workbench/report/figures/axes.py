@@ -14,8 +14,8 @@ from workbench.report.figures.points import draw_points
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import (
     LINES,
-    MARKS,
     PAD,
+    POINTED,
     POINTS_LOOK,
     SHAPES,
     SMALL_LETTERS,
@@ -152,8 +152,8 @@ def draw_curves(
 
 def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Rectangle) -> None:
     x, y = line
-    if series.look == "marks":
-        pen.marks(x, y, LINES[series.style] | MARKS, box)
+    if series.look in POINTED:
+        pen.marks(x, y, LINES[series.style] | POINTED[series.look], box)
         return
     if series.look == "steps":
         x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]
@@ -182,7 +182,7 @@ def draw_sample(pen: Pen, series: Mark, box: Rectangle) -> None:
         fill_box(pen, *box.edges, series.style, series.shade)
     elif isinstance(series, Points):
         pen.marks(x[1:2], y[1:2], look | POINTS_LOOK | SHAPES[series.shape])
-    elif isinstance(series, Series) and series.look == "marks":
-        pen.marks(x[1:2], y[1:2], look | MARKS)
+    elif isinstance(series, Series) and series.look in POINTED:
+        pen.marks(x[1:2], y[1:2], look | POINTED[series.look])
     else:
         pen.line(x[::2], y[::2], look)

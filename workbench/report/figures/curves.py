@@ -9,6 +9,8 @@ from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import points_of
 from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
 
+GOLDEN = (np.sqrt(5) - 1) / 2
+
 
 def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
     """The points of a curve that are drawn, an abscissa and its ordinates; a mark that is no curve has none."""
@@ -17,6 +19,8 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
     curves = crop_curves(
         mark.curves, None if panel.aspect == "equal" else panel.xlim
     )  # equal axes may be wider than their limits
+    if isinstance(mark, Series) and mark.look == "dots":
+        return thin_dots(curves, points_of(figure))
     if panel.xscale == "linear" and panel.xcut is None:
         return thin_curves(curves, points_of(figure))
     low, high = panel.xlim or (float(curves[0][0]), float(curves[0][-1]))
@@ -31,6 +35,23 @@ def crop_curves(curves: tuple[Array, ...], limits: tuple[float, float] | None) -
     first, last = np.searchsorted(curves[0], limits)
     inside = slice(max(0, int(first) - 1), max(int(last) + 1, 2))
     return tuple(curve[inside] for curve in curves)
+
+
+def thin_dots(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
+    """A selection of about `points` of the points (N,) of an abscissa and its ordinates that shows how they scatter.
+
+    Each of equally long stretches keeps one point, whatever its ordinate; its place in the stretch moves by the golden
+    section from one stretch to the next, so that no period of the points decides. The least and the greatest ordinate
+    of all are kept.
+    """
+    n = len(curves[0])
+    if n <= points:
+        return curves
+    k = np.arange(points)
+    kept = [np.floor((k + np.mod(k * GOLDEN, 1.0)) * n / points).astype(int)]
+    kept += [[np.nanargmin(one), np.nanargmax(one)] for one in curves[1:] if not np.isnan(one).all()]
+    places = np.unique(np.minimum(np.concatenate(kept), n - 1))
+    return tuple(curve[places] for curve in curves)
 
 
 def thin_curves(curves: tuple[Array, ...], points: int, across: Array | None = None) -> tuple[Array, ...]:

@@ -42,13 +42,14 @@ class FigureSheet:
     A plate has the `width` and the `height` of the sheet; the `letters` of the numbers at rulers: their `size`, the
     length `tick` of a mark and the `pad` from it to its number; `points`, to how many a series is thinned; `panels`.
     A panel has its `box` [left, bottom, width, height], from the lower left corner of the sheet; its `series`, each
-    with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps' or 'marks'; of a mark that
-    is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear' or 'log'),
-    `low` and `high`, `cut` (the number in the middle of an uneven one, else None), `fixed` (True if curves have no say
-    in them), `steps` that its numbers should have, if any, `room` for the width of its numbers, and `power` (True if
-    there is a power of ten at its end). `time` of an abscissa is True if it is the time. `equal` of a panel is True if
-    a unit is as long across as upwards. Bars have their `places`, `starts`, `ends` (None without a bar), `thick`,
-    `texts`, their `fill` and the `ink` of the texts; points have `x` and `y`, None for a gap, and their `shape`.
+    with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps', 'marks' or 'dots'; of a
+    mark that is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear'
+    or 'log'), `low` and `high`, `cut` (the number in the middle of an uneven one, else None), `fixed` (True if curves
+    have no say in them), `steps` that its numbers should have, if any, `room` for the width of its numbers, and
+    `power` (True if there is a power of ten at its end). `time` of an abscissa is True if it is the time. `equal` of a
+    panel is True if a unit is as long across as upwards. Bars have their `places`, `starts`, `ends` (None without a
+    bar), `thick`, `texts`, their `fill` and the `ink` of the texts; points have `x` and `y`, None for a gap, and their
+    `shape`.
     """
 
     svg: str

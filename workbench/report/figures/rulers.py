@@ -204,7 +204,7 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
 
 
 def _has_margin(mark: Mark) -> bool:
-    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look == "marks")
+    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look in ("marks", "dots"))
 
 
 def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:

@@ -63,7 +63,10 @@ LINES: dict[Style, LineStyle] = {
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
     "aid": {"color": "#666666", "linestyle": (0, (4, 2)), "linewidth": 0.8, "marker": "+"},
 }
-MARKS: LineStyle = {"markersize": 3.8, "markeredgewidth": 0.8}
+POINTED: dict[str, LineStyle] = {  # the looks of a series that has no line
+    "marks": {"markersize": 3.8, "markeredgewidth": 0.8},
+    "dots": {"marker": "o", "markersize": 1.3, "markeredgewidth": 1.3},
+}
 POINTS_LOOK: LineStyle = {"markersize": 4.2, "markeredgewidth": 1.2}
 SHAPES: dict[str, LineStyle] = {  # of the points that have a shape of their own
     "": {},

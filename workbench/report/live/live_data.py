@@ -81,10 +81,12 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "fingerprint": hashlib.sha256(digests.encode()).hexdigest()[:16],
         "python": PYTHON.format(script=script) if runs else "",  # else nobody could run it
         "python_linear": PYTHON_LINEAR if runs else "",
+        "scenario": "",
         "knobs": [_knob(knob, [*outcomes.values()]) for knob in knobs],
         "specifications": specification_data(specifications_among(study.live), knobs, page.loops),
         "loops": page.loops,
         "modules": list(page.modules.packed_modules.values()),
+        "records": [],
         "curves": [asdict(curve) for curve in page.curves],
         "cells": [*_plain_links(links.cells, page.places), *_plain_links(links.linear_cells, page.places)],
         "marks": _plain_links(links.marks, page.places),

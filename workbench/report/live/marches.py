@@ -30,9 +30,14 @@ class Modules:
     def place(self, code: bytes) -> int:
         """The place of a module among them."""
         if code not in self.packed_modules:
-            squeeze = zlib.compressobj(9, wbits=-15)  # raw, as a browser's "deflate-raw"
-            self.packed_modules[code] = base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
+            self.packed_modules[code] = page_text(code)
         return [*self.packed_modules].index(code)
+
+
+def page_text(code: bytes) -> str:
+    """Bytes as a page holds them."""
+    squeeze = zlib.compressobj(9, wbits=-15)  # raw, as a browser's "deflate-raw"
+    return base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
 
 
 def march(step: StepMap, stride: int, modules: Modules, has_switches: bool = True) -> dict[str, object]:

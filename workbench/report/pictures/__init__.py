@@ -9,7 +9,6 @@ Examples
 2.0
 """
 
-from workbench.report.pictures.fit_pictures import fit_pictures
 from workbench.report.pictures.law_pictures import budget_curves, pareto_fronts, quantile_bands
 from workbench.report.pictures.screening_pictures import morris_plane, tornado_figure
 from workbench.report.pictures.sobol_pictures import indices_over_time, sobol_bars
@@ -21,7 +20,6 @@ __all__ = [
     "budget_curves",
     "components",
     "curve",
-    "fit_pictures",
     "indices_over_time",
     "loops_section",
     "morris_plane",

@@ -58,10 +58,10 @@ class Series(AbstractCurve):
 
     `style` 0 to 11 fixes its look, so that one law looks the same in all figures of a report; 'reference' (what is
     wanted), 'bound' (what is promised) and 'aid' (what helps to read) stand apart from all laws. `look` draws it as a
-    line, as steps that hold each value until the next, or as marks alone. Series with the same label and style share
-    one line of the legend; the label '' is left out of it. At most 600 points of a series are drawn, its extremes among
-    them. `sources` are the results that abscissa and ordinate show, as `curve` gives them; numbers of another origin
-    have none.
+    line, as steps that hold each value until the next, as marks alone, or as dots, where marks are many. Series with
+    the same label and style share one line of the legend; the label '' is left out of it. At most 600 points of a
+    series are drawn, the extremes of each stretch among them; of dots those that show how they scatter. `sources` are
+    the results that abscissa and ordinate show, as `curve` gives them; numbers of another origin have none.
     """
 
     CURVES = ("x", "y")
@@ -69,7 +69,7 @@ class Series(AbstractCurve):
     x: Array
     y: Array
     style: Style = 0
-    look: Literal["line", "steps", "marks"] = "line"
+    look: Literal["line", "steps", "marks", "dots"] = "line"
     sources: tuple[Source, Source] | None = None
 
     def __post_init__(self) -> None:

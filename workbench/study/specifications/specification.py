@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
-from workbench.core.validation.refusals import refusal, seed, whole
+from workbench.core.validation.refusals import refusal, seed, several, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.loop_boxes import ParameterBox
 from workbench.design.matrices import DesignError
+from workbench.engine.factors import Factor
 from workbench.study.document.gain_bounds import Disk, GainBound
 from workbench.study.specifications.box_verdicts import BoxCheck
+from workbench.study.specifications.draw_check import CALL, DrawVerdicts, check_draws
 from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts, figure_clause
 from workbench.study.specifications.limits import KINDS, FigureLimit
 from workbench.study.specifications.loop_systems import LoopSystems
@@ -20,7 +22,7 @@ from workbench.study.specifications.point_figures import point_figure
 from workbench.study.specifications.specification_regions import disks_of, gain_bounds_of
 
 CHECK = "Specification.check"
-DRAWS, PARTS = 512, 1000
+DRAWS, PARTS, FEW_DRAWS = 512, 1000, 200
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,46 @@ class Specification:
         most = whole(f"{CHECK}(parts=...)", parts, 0, 100_000, " of parts of a box")
         check = BoxCheck(systems, ranges, self.limits, count, _seed(seed), most)
         return SpecificationVerdicts(check.verdicts(), subject, str(ranges))
+
+    @check_arguments
+    def check_draws(
+        self,
+        loop: LinearLoop,
+        factors: tuple[Factor, ...],
+        *,
+        inputs: str | None = None,
+        outputs: str | None = None,
+        draws: int = FEW_DRAWS,
+        seed: int = 0,
+        confidence: float = 0.95,
+    ) -> DrawVerdicts:
+        """The share of random draws of factors that keep each limit, with the interval of a binomial share.
+
+        At each draw the loop is linear about a rest of its own. Figures of draws near a limit have the bounds of
+        `check`; those of the others come from a grid, whose error is seen where both are known. A loop with a delay
+        has no grid: all of its figures have bounds.
+
+        Parameters
+        ----------
+        loop
+            The loop; its parameters that are not drawn keep their values.
+        factors
+            What is drawn, such as `fit.factors(path="plant.")`; paths name parameters of the loop.
+        inputs, outputs
+            As of `check`.
+        draws, seed, confidence
+            The number of independent draws, their seed, and the confidence of the intervals of the shares.
+
+        Raises
+        ------
+        ValueError
+            If there is no factor, a range is beyond the bounds of its parameter, or no draw has an answer.
+        LookupError
+            If a path is that of no parameter, or a signal has another name.
+        """
+        several(f"{CALL}(factors=...)", factors, Factor, 1)
+        systems = LoopSystems.of(f"{CALL}(loop=...)", loop, inputs, outputs)
+        return check_draws(systems, self.limits, factors, draws, seed, confidence)
 
     @check_arguments
     def gain_bounds(self, of: str = "S") -> tuple[GainBound, ...]:

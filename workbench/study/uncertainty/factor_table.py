@@ -26,7 +26,7 @@ def factor_table(space: Space, name: str, caption: str) -> ReportTable:
         paths, spread = ", ".join(factor.paths), f"share of the value: {words}" if factor.share else words
         if (way := factor.direction) is not None:
             moves = zip(factor.paths, way.centres, way.changes, strict=True)
-            paths = ", ".join(f"{path} = {centre:.4g} {change:+.2g} z" for path, centre, change in moves)
+            paths = ", ".join(f"{path} = {centre:.4g} {change:+.2g} z" for path, centre, change in moves if change)
             spread = f"z of a direction: {words}"
         unit = (
             None

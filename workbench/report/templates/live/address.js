@@ -17,7 +17,7 @@ function printedState(data) {
   return {
     values: data.knobs.map((knob) => knob.value),
     seed: noisy ? noisy.seed : "0",
-    scenario: loops.length ? loops[0].scenario : "",
+    scenario: data.scenario || (loops.length ? loops[0].scenario : ""),
     off: new Set(),
   };
 }

@@ -72,7 +72,7 @@ function printedPieces(groups) {
 class LiveCurve {
   constructor(look, printed, parent) {
     this.look = look;
-    this.marks = look.look === "marks";
+    this.marks = look.look === "marks" || look.look === "dots";
     this.sample = this.marks ? printed.querySelector("use") : null;
     this.element = svgElement(this.marks ? "g" : "path", { class: "live-series" }, parent);
     this.dot = null;

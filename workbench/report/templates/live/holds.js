@@ -114,13 +114,13 @@ class Holds {
     return this.held.filter(Boolean).map(({ name }) => name);
   }
 
-  // The first number of a loop under each setting that is held, as text; of one that is not turned there the baseline.
-  numbers(place, baseline) {
+  // A number of a loop under each setting that is held, as text; of one that is not turned there the baseline.
+  numbers(place, baseline, number = 0) {
     return this.held.filter(Boolean).map(({ inputs, views }) => {
       if (!inputs.get(place)) return baseline;
       const view = views.get(place);
       if (typeof view?.divergedAt === "number") return "diverged";
-      return view?.scores?.[0] ? evenNumber(view.scores[0][0][0]) : "\u2026";
+      return view?.scores?.[0] ? evenNumber(view.scores[0][number][0]) : "\u2026";
     });
   }
 

@@ -78,8 +78,9 @@ class KnobControl {
     this.back.setAttribute("aria-label", `${name}: reset to the baseline ${shortNumber(value, 6)}`);
     const track = part("div", { class: "bench-track" }, this.slider);
     track.style.setProperty("--baseline", this.scale.share(value));
-    const ofUnit = part("span", { class: "bench-unit" }, share ? "times" : unit === "1" ? "" : unit);
     this.origin = part("span", {}, ORIGINS[origin] || "");
+    if (knob.interval) this.showInterval(track, knob.interval);
+    const ofUnit = part("span", { class: "bench-unit" }, share ? "times" : unit === "1" ? "" : unit);
     this.row = part("div", { class: "bench-knob" },
       part("label", { for: id }, name),
       part("span", { class: "bench-value" }, this.field, ofUnit),
@@ -88,6 +89,16 @@ class KnobControl {
     this.slider.addEventListener("input", () => this.turn(this.scale.value(Number(this.slider.value)), this.slider));
     this.field.addEventListener("input", () => this.typed(false));
     this.field.addEventListener("change", () => this.typed(true));
+  }
+
+  // Mark the interval of an estimate on the track, and say it.
+  showInterval(track, [from, to]) {
+    track.classList.add("has-interval");
+    track.style.setProperty("--from", this.scale.share(from));
+    track.style.setProperty("--to", this.scale.share(to));
+    const size = Math.max(Math.abs(from), Math.abs(to)), narrow = Math.log10(size / (to - from)); // digits that both share
+    const digits = Math.min(12, Math.max(3, 2 + Math.ceil(narrow || 0)));
+    this.origin.textContent = `95\u00a0%: ${shortNumber(from, digits)} to ${shortNumber(to, digits)}`;
   }
 
   spoken() {
@@ -242,7 +253,7 @@ class Bench {
       this.state.scenario = this.scenario.value;
       this.changed();
     });
-    return [part("p", { class: "bench-line" }, part("label", { for: "bench-scenario" }, "Scenario"), this.scenario)];
+    return [part("p", { class: "bench-line" }, part("label", { for: "bench-scenario" }, this.data.scenario ? "Experiment" : "Scenario"), this.scenario)];
   }
 
   laws() {

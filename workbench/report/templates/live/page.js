@@ -33,7 +33,8 @@ function inputsOf(loop, state, printed, knobs) {
 // The numbers of one curve from the rows of a run.
 function numbersOfCurve(curve, view, loop) {
   const [first, last] = curve.rows, axis = (which, scale) => {
-    if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => scale * ((first + i) * loop.every));
+    const time = loop.times ? (row) => loop.times[row] : (row) => row * loop.every; // of a log they may be uneven
+    if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => scale * time(first + i));
     const [name, place] = which, rows = view[name], width = rows.length / (loop.rows + 1);
     return Float64Array.from({ length: last - first }, (_, i) => scale * rows[(first + i) * width + place]);
   };
@@ -376,14 +377,15 @@ class LivePage {
   report() {
     const { bench, data, wanted } = this, places = this.asked(this.state).filter((place) => !data.loops[place].everywhere);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
-    const lines = [...places.map((place) => this.line(place)), ...(places.length === 1 ? this.linearLines(places[0]) : [])];
-    bench.report(first ? headOfMetric(first) : "", lines, this.holds.names);
+    const sensors = places.some((place) => data.loops[place].sensors);
+    const lines = [...places.flatMap((place) => this.linesOf(place)), ...(places.length === 1 ? this.linearLines(places[0]) : [])];
+    bench.report(first ? headOfMetric(first, sensors) : "", lines, this.holds.names);
     document.documentElement.classList.toggle("live-late", Boolean(this.flight?.whole.size));
     if (this.flight?.fine.size) return bench.tell(this.runningText());
     if (!wanted.size) return bench.tell(this.idleText());
-    const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
+    const noun = sensors ? "run" : "loop", loops = wanted.size === 1 ? `One ${noun}` : `${wanted.size} ${noun}s`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
-    const spoken = [...wanted.keys()].filter((place) => !data.loops[place].everywhere).map((place) => this.line(place).spoken);
+    const spoken = [...wanted.keys()].filter((place) => !data.loops[place].everywhere).flatMap((place) => this.linesOf(place)).map(({ spoken }) => spoken);
     const more = spoken.length > MOST_SPOKEN ? [`And ${spoken.length - MOST_SPOKEN} more in the bench.`] : [];
     bench.say([...spoken.slice(0, MOST_SPOKEN), ...more].join(" "));
   }
@@ -403,19 +405,25 @@ class LivePage {
     return turned ? "At the baseline: what is turned is in no loop that runs here." : AT_BASELINE;
   }
 
-  // A loop's first number now, nothing while it is at the baseline, those of the held settings, and the baseline.
-  line(place) {
-    const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
-    const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
+  // The lines of a loop: its first number; of a fitted model that of each sensor.
+  linesOf(place) {
+    const { sensors } = this.data.loops[place];
+    return sensors ? sensors.map((sensor, i) => this.line(place, i, sensor)) : [this.line(place)];
+  }
+
+  // A number of a loop now, nothing while it is at the baseline, those of the held settings, and the baseline.
+  line(place, number = 0, label = this.data.loops[place].label) {
+    const { scenario, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
+    const [metric] = metrics, value = metric ? Number(scores[0][number][0]) : NaN;
     const baseline = Number.isNaN(value) ? "\u2014" : evenNumber(value);
     const late = this.flight?.whole.has(place), line = { scenario, label, baseline, now: "", spoken: "" };
-    Object.assign(line, { rough: late || view.phase !== "half", held: this.holds.numbers(place, baseline) });
+    Object.assign(line, { rough: late || view.phase !== "half", held: this.holds.numbers(place, baseline, number) });
     if (typeof view.divergedAt === "number") {
       line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
       line.spoken = `${label} ${line.now}.`;
     } else if (view.scores && view.scores[0]) {
-      line.now = evenNumber(view.scores[0][0][0]);
-      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (baseline ${baseline}).`;
+      line.now = evenNumber(view.scores[0][number][0]);
+      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric, number))} (baseline ${baseline}).`;
     } else if (late) line.now = "\u2026";
     return line;
   }
@@ -436,13 +444,13 @@ class LivePage {
 }
 
 // A metric of which the first number is shown, with its label and unit.
-function headOfMetric(metric) {
+function headOfMetric(metric, sensors) {
   const { name, labels } = metric, label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
-  return `${name}${label} [${unitOfMetric(metric)}]`;
+  return sensors ? name : `${name}${label} [${unitOfMetric(metric)}]`;
 }
 
-function unitOfMetric({ unit, units }) {
-  return (units || [])[0] || unit || "1";
+function unitOfMetric({ unit, units }, number = 0) {
+  return (units || [])[number] || unit || "1";
 }
 
 // A page without data has no bench.

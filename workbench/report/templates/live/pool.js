@@ -12,7 +12,7 @@ async function unpackedModule(text) {
 // The workers, and which of them runs which loop; each module is compiled once.
 class Pool {
   constructor(data, source, hear, fail) {
-    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0, questions: new Map(), asked: 0 });
+    Object.assign(this, { data, modules: new Map(), records: new Map(), held: new Map(), ticket: 0, questions: new Map(), asked: 0 });
     const place = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     const count = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1, data.loops.length));
     this.workers = Array.from({ length: count }, () => new Worker(place));
@@ -54,6 +54,14 @@ class Pool {
     return this.modules.get(place);
   }
 
+  // The recorded numbers of the steps of a march.
+  record(place) {
+    if (!this.records.has(place)) {
+      this.records.set(place, unpackedModule(this.data.records[place]).then((bytes) => new Float64Array(bytes)));
+    }
+    return this.records.get(place);
+  }
+
   // Hand a loop to its worker, once.
   prepare(place) {
     if (!this.held.has(place)) this.held.set(place, this.hand(place));
@@ -61,11 +69,15 @@ class Pool {
   }
 
   async hand(place) {
-    const { p, x0, rows, whole, half, outputs, coarse = [], linear = null } = this.data.loops[place], modules = {};
+    const { p, x0, rows, times = null, whole, half, outputs, coarse = [], linear = null } = this.data.loops[place], modules = {};
     const marches = [whole, half, outputs, ...(linear ? [linear.values, linear.jump, linear.flow] : [])].filter(Boolean);
-    for (const { module } of marches) modules[module] = await this.module(module);
-    const loop = { p, x0, rows, whole, half, outputs, coarse, linear };
-    this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
+    const records = {};
+    for (const { module, record } of marches) {
+      modules[module] = await this.module(module);
+      if (record !== undefined) records[record] = await this.record(record);
+    }
+    const loop = { p, x0, rows, times, whole, half, outputs, coarse, linear };
+    this.workers[this.owners.get(place)].postMessage({ place, loop, modules, records });
   }
 
   // The reply of a loop's worker to a question about its linear answers.

@@ -18,8 +18,8 @@ const TRIAL = 200; // steps by which the pace of a kernel is measured before its
 // The march of one module, at most so many steps at once, of its own or of other lengths: a memory with all its arrays,
 // and the two functions that work on them.
 class Kernel {
-  constructor(module, march, steps, lengths = []) {
-    this.march = march;
+  constructor(module, march, steps, lengths = [], record = null) {
+    Object.assign(this, { march, record });
     const least = Math.min(march.stride, ...lengths.map(({ stride }) => stride)); // steps in a row
     const places = this.places(steps, Math.max(1, Math.floor(steps / least)));
     const memory = new WebAssembly.Memory({ initial: Math.ceil(places.end / 65536) });
@@ -30,6 +30,8 @@ class Kernel {
     this.piece = workbench_piece;
     this.table = march.table ? workbench_table : null;
     this.at = ["runs", "constants", "p", "scratch", "table", "x", "out"].map((name) => places[name]);
+    this.recordedAt = places.record;
+    if (record) array("record", record.length).set(record);
     this.constants = array("constants", march.constants.length); // and the key of the run is 0
     this.take(march);
     this.p = array("p", march.parameters.length);
@@ -43,7 +45,7 @@ class Kernel {
     const { constants, parameters, lanes, table, states } = this.march;
     const sizes = {
       runs: 1, constants: constants.length, p: parameters.length, scratch: lanes, table: steps * table,
-      x: states, out: rows * states,
+      x: states, out: rows * states, record: this.record ? this.record.length : 0,
     };
     const places = { end: 64 };
     for (const [name, size] of Object.entries(sizes)) {
@@ -84,7 +86,8 @@ class Kernel {
   advance(rows, steps, begin) {
     const [, constants, p, , table] = this.at, first = BigInt(begin), count = BigInt(rows);
     if (this.table) this.table(BigInt(rows * steps), first, constants, p, table);
-    this.piece(1n, count, BigInt(steps), first, 0n, count, this.seed, ...this.at);
+    const recorded = this.record ? [this.recordedAt + 8 * begin * this.march.recorded] : []; // numbers of a step
+    this.piece(1n, count, BigInt(steps), first, 0n, count, this.seed, ...this.at, ...recorded);
   }
 
   // March `span` steps, however many, from step `begin` on.
@@ -162,7 +165,8 @@ class Run {
       if (!allFinite(kernel.out, row * states, (row + 1) * states)) {
         const begin = this.rows * stride, state = x.slice(this.rows * states, (this.rows + 1) * states);
         const isCoarse = this.length !== kernel.march; // of which nobody asks at which step
-        this.divergedAt = (begin + (isCoarse ? 0 : firstLoss(kernel, state, begin, stride))) * h;
+        const step = begin + (isCoarse ? 0 : firstLoss(kernel, state, begin, stride)), { times } = this.loop;
+        this.divergedAt = times ? times[Math.ceil(step / stride)] : step * h; // those of a log may be uneven
         return;
       }
       x.set(kernel.out.subarray(row * states, (row + 1) * states), (this.rows + 1) * states);
@@ -216,11 +220,12 @@ function pause() {
   });
 }
 
-function take({ place, loop, modules }) {
+function take({ place, loop, modules, records }) {
   const kernels = {};
   for (const name of ["whole", "half", "outputs"]) {
     const march = loop[name], steps = name === "outputs" ? 1 : STEPS_AT_ONCE;
-    if (march) kernels[name] = new Kernel(modules[march.module], march, steps, name === "whole" ? loop.coarse : []);
+    const lengths = name === "whole" ? loop.coarse : [];
+    if (march) kernels[name] = new Kernel(modules[march.module], march, steps, lengths, records?.[march.record] ?? null);
   }
   if (loop.coarse.length) kernels.whole.measure(loop.p, loop.x0);
   const linear = loop.linear ? new LinearAnswers(loop.linear, modules) : null;
