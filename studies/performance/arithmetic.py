@@ -10,7 +10,7 @@ from time import process_time
 import numpy as np
 
 import workbench as wb
-from studies.performance.inner_parts import Plan, llvm, lower
+from studies.performance.inner_parts import KernelPlan, llvm, lower
 
 COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv": 1}
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")
@@ -42,7 +42,7 @@ end:
 
 def time_loop(step: wb.core.StepMap, varied_places: Sequence[int]) -> str:
     """The time loop as LLVM IR for this processor, some of its parameters being those of each run."""
-    return lower(Plan.of_step(step, tuple(varied_places)), llvm.lanes())
+    return lower(KernelPlan.of_step(step, tuple(varied_places)), llvm.lanes())
 
 
 def flops(step: wb.core.StepMap, varied_places: Sequence[int]) -> int:

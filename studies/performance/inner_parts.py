@@ -1,7 +1,7 @@
 """The inner parts of the workbench that this bench times, each by itself.
 
 No engineer needs them, and the other files of the bench have them from here. The kernel is timed from its operations
-(`Plan`, `lower`) to machine code (`llvm`) and to a call of it (`native`, `Job`).
+(`KernelPlan`, `lower`) to machine code (`llvm`) and to a call of it (`native`, `Job`).
 The choice of a step (`search_step`, `pilot_runs`, `METHODS`) is held against the precision of peers. The page that a
 reader turns is timed from its data (`live_data`, `loop_study`) to its text (`html`).
 """
@@ -11,7 +11,7 @@ from workbench.engine import Trajectories
 from workbench.engine.job import Job
 from workbench.engine.kernel import llvm, native
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.step_choice import Pilots, StepChoice, search_step
 from workbench.report.html_page import html
@@ -23,7 +23,7 @@ __all__ = [
     "StepChoice",
     "Job",
     "Pilots",
-    "Plan",
+    "KernelPlan",
     "Trajectories",
     "html",
     "live_data",

@@ -13,7 +13,7 @@ pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, w
 
 from studies.paper import laws as paper_laws
 from workbench.engine.kernel import native
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 
 ODE = paper_laws.proposed_repaired("FS").ode()
 STEP = step_with_metrics(ODE, (rmse(), total_variation(1e-3)), 1e-4)
@@ -37,7 +37,7 @@ def rows(*names):
 P = rows(*PHYSICS, *CLOCKS)
 STARTS = np.tile(STEP.states.default, (RUNS, 1))
 STARTS[:, :2] += np.random.default_rng(8).uniform(-0.1, 0.1, (RUNS, 2))
-PLAN = Plan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied_parameters)
+PLAN = KernelPlan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied_parameters)
 
 
 @pytest.fixture(scope="module")

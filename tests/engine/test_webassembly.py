@@ -10,7 +10,7 @@ from tests.support.wasm_runs import Kernel, unpacked
 from workbench.core import runge_kutta_step
 from workbench.core.equations import equations_of
 from workbench.engine.kernel import llvm, webassembly
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live.marches import Modules, evaluation, march
 from workbench.study.knob import Knob
@@ -95,7 +95,7 @@ def test_outputs_are_made_from_the_states_of_a_kept_time():
 
 def test_the_module_imports_its_memory_alone():
     step = MeasuredEquation.of(equations_of(comparison("FS")[4].run.loop, "fuzzy"), ()).step(1e-4)
-    code = webassembly.compile_plan(Plan.of_step(step, ()))
+    code = webassembly.compile_plan(KernelPlan.of_step(step, ()))
     imports = dict(webassembly._sections(code))[webassembly.IMPORTS]
     assert [*webassembly._imports(imports)] == [webassembly.MEMORY]
     assert len(code) < 150_000

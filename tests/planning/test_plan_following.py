@@ -50,7 +50,7 @@ def test_the_gain_at_the_end_is_that_of_the_end_and_solves_the_riccati_equation_
 
 def test_a_loop_follows_the_plan_from_another_start_and_holds_its_end(swing):
     plant, plan, _, near = swing
-    law = wb.TrajectoryFeedback(near.states, near.inputs, near.times, near.rows)
+    law = wb.TrajectoryFeedback(near.states, near.inputs, near.gains)
     reference = wb.PlannedReference(plan.motion, rest_inputs=[0.0])
     loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law, reference=reference)
     x0 = loop.ode().states.pack({"plant.phi": np.pi + 0.2, "plant.x": 0.1})
@@ -79,7 +79,8 @@ def test_a_funnel_counts_the_starts_that_stay(swing):
         (lambda near: funnel(near, {}, {}, confidence=1.0), "between 0 and 1"),
         (lambda near: near.plan.at([3.0]), "from 0 to 2"),
         (lambda near: near.plan["angle"], "angle"),
-        (lambda near: wb.TrajectoryFeedback(near.states, near.inputs, near.times, near.rows[1:]), "shape"),
+        (lambda near: wb.TrajectoryFeedback(near.inputs, near.inputs, near.gains), "shape"),
+        (lambda near: wb.core.GainRecord(near.times[1:], near.K[1:]), "first at 0 s"),
         (lambda near: wb.PlannedReference(near.plan.motion, rest_inputs=[0.0, 0.0]), "rest_inputs"),
     ],
 )

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, StepMap
 from workbench.engine import metrics, simulate
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live_page import WORKER
 
@@ -156,7 +156,7 @@ def _loop_data(measured: Any, times: tuple[float, float, float], seed: int, modu
 def _march(step: StepMap, stride: int, modules: dict[str, int]) -> dict[str, Any]:
     from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
 
-    plan = Plan.of_step(step, ())
+    plan = KernelPlan.of_step(step, ())
     squeeze = zlib.compressobj(9, wbits=-15)
     packed = squeeze.compress(webassembly.compile_plan(plan)) + squeeze.flush()
     return {

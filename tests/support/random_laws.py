@@ -21,7 +21,7 @@ from workbench.blocks.loop import AbstractController, AbstractObserver, Abstract
 from workbench.blocks.loop.environment import AbstractReference
 from workbench.core import block, layout, parameter
 from workbench.engine.kernel import webassembly
-from workbench.engine.kernel.plan import Evaluation, Plan, graph_of
+from workbench.engine.kernel.plan import Evaluation, KernelPlan, graph_of
 from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.c99.c_files import c_code
 from workbench.handover.programs.python_law import python_law
@@ -208,7 +208,7 @@ def flat(port, values):
 
 def in_webassembly(law, rows):
     """Commands and memory of the law as a module of WebAssembly, as a browser runs it."""
-    plan = Plan.of_step(law.step, ())
+    plan = KernelPlan.of_step(law.step, ())
     march = {
         "constants": list(plan.constants(law.period)),
         "parameters": list(plan.parameters),

@@ -15,6 +15,7 @@ from workbench.core.block import Column, Matrix, Scalar, Vector, block, initial,
 from workbench.core.claim import BlockClaim, Claim
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
+from workbench.core.motion_record import GainRecord, MotionRecord
 from workbench.core.ode import Ode
 from workbench.core.port import Roles, Signals, information_classes, layout
 from workbench.core.sampled_law import SampledLaw, Stage
@@ -31,12 +32,14 @@ __all__ = [
     "BlockClaim",
     "Drawing",
     "Entry",
+    "GainRecord",
     "Integers",
     "Layout",
     "SymbolicTwin",
     "Line",
     "LinearSystem",
     "Matrix",
+    "MotionRecord",
     "Ode",
     "Roles",
     "StepRule",

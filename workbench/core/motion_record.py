@@ -1,4 +1,4 @@
-"""A motion on record: states with their rates, and inputs, at both ends of each interval of time."""
+"""A motion on record, states with their rates and inputs at both ends of each interval, and gains over time."""
 
 from __future__ import annotations
 
@@ -71,3 +71,47 @@ class MotionRecord:
         linear = np.hstack([self.rate_begins, (self.u_ends - self.u_begins) / h])
         parts = [constant, linear, np.hstack([square, none]), np.hstack([cube, none])]
         return np.hstack([self.t[:-1, np.newaxis], *parts])
+
+
+@dataclass(frozen=True, eq=False)
+@check_arguments
+class GainRecord:
+    """Gains of a state feedback over time, linear between their times and constant behind the last one.
+
+    Parameters
+    ----------
+    t
+        (m,), two or more times in s, in increasing order from 0 on.
+    K
+        (m, nu, nx), the gains.
+
+    Raises
+    ------
+    ValueError
+        If the times do not increase from 0, or a number is not finite.
+
+    Examples
+    --------
+    >>> wb.core.GainRecord(t=[0.0, 1.0], K=[[[0.2, 0.1]], [[0.0, 0.0]]]).K.shape
+    (2, 1, 2)
+    """
+
+    t: Array
+    K: Array
+
+    def __post_init__(self) -> None:
+        if self.t.ndim != 1 or self.t.size < 2 or self.t[0] != 0 or not (np.diff(self.t) > 0).all():
+            raise ValueError("`GainRecord(t=...)` must be two or more times in increasing order, the first at 0 s.")
+        if self.K.ndim != 3 or len(self.K) != self.t.size or not np.isfinite(self.K).all():
+            raise ValueError(
+                f"`GainRecord(K=...)` must be finite gains ({self.t.size}, nu, nx), a matrix for each time; got shape "
+                f"{self.K.shape}."
+            )
+
+    @property
+    def pieces(self) -> Array:
+        """(m, 1 + 4 nu nx): the time of each row and the coefficients of 1, s, s^2 and s^3 after it, row by row."""
+        rows = self.K.reshape(len(self.t), -1)
+        slopes = np.vstack([np.diff(rows, axis=0) / np.diff(self.t)[:, np.newaxis], np.zeros((1, rows.shape[1]))])
+        none = np.zeros_like(rows)
+        return np.hstack([self.t[:, np.newaxis], rows, slopes, none, none])

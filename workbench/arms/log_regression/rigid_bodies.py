@@ -114,9 +114,9 @@ def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     >>> [bool(np.linalg.eigvalsh(matrix)[0] > 0) for matrix in matrices.values()]
     [True, True]
     """
-    values = vector("pseudo_inertias(theta=...)", theta, len(names), "names")
+    theta = vector("pseudo_inertias(names, theta)", theta, len(names), "names")
     return {
-        link: np.sum([values[i] * part for i, part in entries.items()], axis=0)
+        link: np.sum([theta[i] * part for i, part in entries.items()], axis=0)
         for link, entries in _bases(names).items()
     }
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads
-from workbench.blocks.signals.piecewise import MOST_PIECES, linear_pieces, piecewise_motion
-from workbench.blocks.signals.profiles import refuse_times
+from workbench.blocks.signals.piecewise import MOST_PIECES, piecewise_motion
 from workbench.core import Layout, Signals, block
 from workbench.core.block import Number
-from workbench.core.validation.refusals import Array, matrix
+from workbench.core.motion_record import GainRecord
 
 
 @block
@@ -25,15 +23,13 @@ class TrajectoryFeedback(AbstractController):
     ----------
     states, inputs
         The layouts of x and u.
-    times
-        The m times of the gains in s, in increasing order, the first 0 or negative.
-    K
-        The gains, (m, nu nx): those of a time row by row. For one input and m times this is (m, nx).
+    gains
+        The gains, as `wb.planning.trajectory_lqr(...).gains`. They are constants of the equations.
 
     Raises
     ------
     ValueError
-        If the times do not increase, or a shape does not fit.
+        If the gains have another shape, or more than 2000 rows.
 
     References
     ----------
@@ -42,29 +38,29 @@ class TrajectoryFeedback(AbstractController):
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.TrajectoryFeedback(motor.states, motor.inputs, times=[0.0, 1.0], K=[[0.2, 0.1], [0.0, 0.0]])
+    >>> gains = wb.core.GainRecord(t=[0.0, 1.0], K=[[[0.2, 0.1]], [[0.0, 0.0]]])
+    >>> law = wb.TrajectoryFeedback(motor.states, motor.inputs, gains)
     >>> law.follows.names, law.drives.names
     (('omega', 'i', 'v'), ('v',))
     """
 
     states: Layout
     inputs: Layout
-    times: Array
-    K: Array
+    gains: GainRecord
     hint_on_follows = "`StateFeedback`"
 
     def __post_init__(self) -> None:
-        refuse_times("TrajectoryFeedback(times=...)", self.times)
-        if self.times[0] > 0 or len(self.times) > MOST_PIECES:
+        want = (len(self.gains.t), self.inputs.size, self.states.size)
+        if self.gains.K.shape != want or want[0] > MOST_PIECES:
             raise ValueError(
-                f"`TrajectoryFeedback(times=...)` must begin at 0 s or before and have at most {MOST_PIECES} rows; got "
-                f"{len(self.times)} from {self.times[0]:g} s on."
+                f"`TrajectoryFeedback(gains=...)` must have gains of shape (m, {want[1]}, {want[2]}), a row for each "
+                f"input and a column for each state, at most {MOST_PIECES} times; got {self.gains.K.shape}."
             )
-        size = self.inputs.size * self.states.size
-        gains = matrix("TrajectoryFeedback(K=...)", self.K, len(self.times), size)
-        for name, numbers in (("times", np.array(self.times)), ("K", gains)):
-            numbers.flags.writeable = False
-            object.__setattr__(self, name, numbers)
+
+    @property
+    def mixed_units(self) -> str:
+        """The units of the gains are those of each input over each state, which a table of constants does not say."""
+        return "the gains over time are constants of a table"
 
     @property
     def reads(self) -> Layout:
@@ -79,7 +75,7 @@ class TrajectoryFeedback(AbstractController):
         return self.inputs
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        value, _, _ = piecewise_motion(ca.SX(t), linear_pieces(self.times, self.K))
+        value, _, _ = piecewise_motion(ca.SX(t), self.gains.pieces)
         K = ca.reshape(value, self.states.size, self.inputs.size).T
         x, x_ref, u_ref = (
             port.flatten({name: of[name] for name in port.names})

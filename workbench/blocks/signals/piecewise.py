@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
 from workbench.blocks.signals.signal import Motion, clock
 from workbench.core.block import Number
@@ -25,10 +24,3 @@ def piecewise_motion(t: Number, pieces: Array) -> Motion:
     s = t - chosen[0]
     a, b, c, d = ca.vertsplit(chosen[1:], n)
     return a + s * (b + s * (c + s * d)), b + s * (2 * c + s * 3 * d), 2 * c + 6 * d * s
-
-
-def linear_pieces(times: Array, values: Array) -> Array:
-    """Pieces of straight lines through values (m, n) at times (m,), and of the last value behind them."""
-    slopes = np.vstack([np.diff(values, axis=0) / np.diff(times)[:, np.newaxis], np.zeros((1, values.shape[1]))])
-    none = np.zeros_like(values)
-    return np.hstack([times[:, np.newaxis], values, slopes, none, none])

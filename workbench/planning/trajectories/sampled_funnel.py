@@ -142,7 +142,9 @@ def _run(regulator: TrajectoryRegulator, starts: Array) -> tuple[Array, Array]:
     for end in (shares[:-1], shares[1:]):
         part = ((end - arc.shares[k]) / np.diff(arc.shares)[k])[:, np.newaxis]
         inputs.append(arc.begins[k] + part * (arc.ends - arc.begins)[k])
-    gains = np.column_stack([np.interp(times, regulator.times, row) for row in regulator.rows.T])
+    gains = np.column_stack(
+        [np.interp(times, regulator.times, row) for row in regulator.K.reshape(len(regulator.times), -1).T]
+    )
     ode, labels = _closed_ode(plan, phase)
     record = SignalRecord(
         times, labels, np.hstack([inputs[0], along[:-1], gains[:-1]]), np.hstack([inputs[1], along[1:], gains[1:]])

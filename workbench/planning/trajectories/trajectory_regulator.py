@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.motion_record import GainRecord
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, matrix
@@ -27,7 +28,7 @@ RTOL = 1e-7  # of P in each interval
 class TrajectoryRegulator:
     """Gains K(t) of u = u_ref - K (x - x_ref) along a plan, with the cost to go e'P(t)e of the linearised plant.
 
-    `wb.planning.trajectory_lqr` makes one; `times` and `rows` are what `wb.TrajectoryFeedback` takes.
+    `wb.planning.trajectory_lqr` makes one. `wb.TrajectoryFeedback(near.states, near.inputs, near.gains)` is the law.
 
     Parameters
     ----------
@@ -50,9 +51,9 @@ class TrajectoryRegulator:
     error: float
 
     @property
-    def rows(self) -> Array:
-        """(m, nu nx), the gains of each time row by row."""
-        return self.K.reshape(len(self.times), -1)
+    def gains(self) -> GainRecord:
+        """The gains over time, as `wb.TrajectoryFeedback` takes them."""
+        return GainRecord(self.times, self.K)
 
     @property
     def states(self) -> Layout:

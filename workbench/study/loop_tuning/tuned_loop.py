@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from workbench.core import Ode, SampledSystem
 from workbench.core.equations import Loop
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import CertifiedValue
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.structured_tuning import StartResult
@@ -75,6 +76,7 @@ class TunedLoop:
         """The range of the largest soft goal over the starts that keep all limits, as a logarithm; NaN if none does."""
         return spread_of(self.starts)
 
+    @check_arguments
     def table(self, name: str = "tuning", caption: str = "") -> ReportTable:
         """The goals as a table, a block of a section of a report."""
         columns = tuple(TableColumn(title) for title in ("goal", "figure", "plant", "active", "holds"))
