@@ -100,3 +100,14 @@ def test_an_unstable_plant_and_a_long_horizon_cost_no_digits():
     assert answer.certificate.is_passed
     longer = mpc_problem(A, B, np.eye(2), [[0.1]], 40, MpcLimits(inputs=(-40.0, 40.0)))
     assert answer.objective == pytest.approx(exact_mpc(longer).solve(x).objective, rel=1e-11)  # LQR after stage 40
+
+
+def test_a_limit_that_no_input_moves_is_refuted_by_its_own_row():
+    # the position a period later depends on the state alone, and is beyond its limit whatever the input is
+    A, B = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]])
+    limits = MpcLimits(inputs=(-1.0, 1.0), states=(-2.0, 2.0))
+    exact = exact_mpc(mpc_problem(A, B, np.eye(2), [[0.1]], 6, limits))
+    with pytest.raises(MpcConflictError, match="x\\[0\\]") as refusal:
+        exact.solve([1.9, 1.5])
+    assert refusal.value.proof.is_proved
+    assert exact.solve([1.9, 0.3]).certificate.violation < 1e-12

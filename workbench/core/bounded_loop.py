@@ -145,8 +145,7 @@ def operation_codes(function: ca.Function) -> list[int]:
 def _loops(function: ca.Function) -> list[LoopBody]:
     """The loops that an SX function calls itself."""
     calls = [line for line in range(function.n_instructions()) if function.instruction_id(line) == ca.OP_CALL]
-    lines = function.instructions_sx() if calls else []
-    loops = (called_loop(lines[line].which_function()) for line in calls)
+    loops = (called_loop(function.instructions_sx()[line].which_function()) for line in calls)
     return [loop for loop in loops if loop is not None]
 
 

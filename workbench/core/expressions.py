@@ -184,8 +184,10 @@ def call_again(function: ca.Function, operands: Sequence[ca.SX]) -> list[ca.SX]:
     """The stored entries of all results of a called function, for `evaluate_sx` in CasADi's own expressions."""
     ends = np.cumsum([function.nnz_in(i) for i in range(function.n_in())])
     parts = [operands[end - function.nnz_in(i) : end] for i, end in enumerate(ends)]
-    arguments = [ca.SX(function.sparsity_in(i), ca.vertcat(ca.SX(0, 1), *part)) for i, part in enumerate(parts)]
-    return [entry for result in function.call(arguments) for entry in ca.vertsplit(ca.vertcat(*result.nonzeros()))]
+    columns = (ca.vertcat(ca.SX(0, 1), *part) for part in parts)
+    arguments = [ca.sparsity_cast(column, function.sparsity_in(i)) for i, column in enumerate(columns)]
+    stored = (ca.sparsity_cast(part, ca.Sparsity.dense(part.nnz(), 1)) for part in function.call(arguments))
+    return [entry for column in stored for entry in ca.vertsplit(column)]
 
 
 def evaluate_sx(

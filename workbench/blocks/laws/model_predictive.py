@@ -267,7 +267,7 @@ class ModelPredictive(AbstractController):
     @property
     def _shares(self) -> ca.SX:
         """1 / (high - low) of the rows (nc, 1), zero where a limit is missing."""
-        return 1 / (self.high - ca.SX(self.low))
+        return ca.SX(1.0) / (ca.SX(self.high) - ca.SX(self.low))
 
     @property
     def _modes_by_stage(self) -> ca.SX:

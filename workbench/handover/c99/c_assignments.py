@@ -142,6 +142,8 @@ class _Writer(AbstractLoopWriter):
     The body of a loop has a writer of its own, which shares the names of the one around it.
     """
 
+    scope: Scope
+
     def __init__(self, scope: Scope, around: _Writer | None = None) -> None:
         self.scope, self.nodes = scope, scope.graph.nodes
         self.uses = uses_of(scope.graph, scope.numbers)

@@ -64,6 +64,11 @@ class Identifiability:
         """
         sizes = np.maximum(np.abs(values), np.abs(values if starts is None else starts))
         sizes = np.where(sizes < AS_ZERO, 1.0, sizes)
+        if derivatives.ndim != 2 or not derivatives.shape[1] == len(sizes) == len(names):
+            raise ValueError(
+                f"`Identifiability.of(derivatives=...)` must have the shape (M, {len(names)}), a column for each name; "
+                f"got {derivatives.shape} for {np.size(values)} values."
+            )
         _, singular, directions = np.linalg.svd(_at_least_square(derivatives * sizes), full_matrices=False)
         return Identifiability(names, values, sizes, singular, directions)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, StepMap
+from workbench.core import Entry, Layout, SampledSystem, StepMap
 from workbench.core.recorded_step import SignalRecord
 from workbench.core.validation.refusals import Array, Integers
 from workbench.core.validation.signatures import check_arguments
@@ -70,8 +70,16 @@ class ComparedRun:
     @staticmethod
     @check_arguments
     def of(fit: Fit, experiment: int, is_halved: bool = False) -> ComparedRun:
-        """The run along an experiment by its number; `is_halved` for steps half as long, for the error of the sums."""
+        """The run along an experiment by its number; `is_halved` for steps half as long, for the error of the sums.
+
+        Raises
+        ------
+        ValueError
+            If the fit is of a loop that a computer closes.
+        """
         model = fit.model
+        if isinstance(model.system, SampledSystem):
+            raise ValueError("A fit of a loop that a computer closes has no run for a page: its steps end at instants.")
         record, samples = _record(fit, experiment, is_halved)
         masks = {FIT: fit.data.weighs[experiment], HELD_OUT: fit.held_out[experiment]}
         masks = {part: mask for part, mask in masks.items() if part == FIT or mask.any()}
@@ -144,6 +152,7 @@ def _record(fit: Fit, experiment: int, is_halved: bool) -> tuple[SignalRecord, I
     """The inputs of an experiment at the estimates, with an empty interval behind them, and the places of samples."""
     drive = fit.model.drive(experiment, fit.theta[np.newaxis])
     record, samples, last = drive.record, drive.samples, drive.at_samples[-1:]
+    assert isinstance(record, SignalRecord)  # as that of an equation without a computer is
     pieces = InputPieces(record.t, record.begins, record.ends)
     if is_halved:
         pieces, samples = pieces.divide(np.full(len(record.t) - 1, 2)), 2 * samples

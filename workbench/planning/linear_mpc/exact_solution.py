@@ -34,6 +34,7 @@ from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 SWEEPS = 25
 MOST_CHANGES = 40  # of the active set
 TOLERANCE = 1e-8  # of a certificate, relative: half the digits, as an active row is found by them
+ROUNDING = 1e-13  # of the largest row or value: what is smaller is none
 DEPENDENT = 1e-11  # a row within this share of the others' span is no row of its own
 
 
@@ -209,6 +210,8 @@ def _equalities(exact: ExactMpc, y0: Array, sides: Array) -> Array | None:
     if len(active) > rows.shape[1]:
         return None
     sizes = np.linalg.norm(rows, axis=1)
+    if sizes.min() <= ROUNDING * np.linalg.norm(exact.T, axis=1).max():  # a row that no input moves
+        return None
     R = qr((rows / sizes[:, None]).T, mode="r")[0][: len(active)]
     if np.abs(np.diag(R)).min() < DEPENDENT:
         return None
@@ -226,7 +229,14 @@ def _lawson_hanson(T: Array, y0: Array, low: Array, high: Array) -> tuple[Array 
     h = np.r_[y0[upper] - high[upper], low[lower] - y0[lower]]
     if len(h) == 0:
         return np.zeros(len(y0), dtype=int), np.zeros(len(y0))
-    sizes = np.maximum(np.linalg.norm(G, axis=1), np.finfo(float).tiny)
+    sizes = np.linalg.norm(G, axis=1)
+    fixed = sizes <= ROUNDING * sizes.max(initial=0.0)  # rows that no input moves
+    worst = int(np.argmax(np.where(fixed, h, -np.inf)))
+    if fixed[worst] and h[worst] > ROUNDING * np.abs(y0).max():
+        lam = np.zeros(len(y0))
+        lam[np.r_[upper, lower][worst]] = 1.0 if worst < len(upper) else -1.0
+        return None, lam
+    h, sizes = np.where(fixed, -1.0, h), np.where(fixed, 1.0, sizes)
     reach = max(float(np.abs(h / sizes).max()), np.finfo(float).tiny)
     system = np.vstack([(G / sizes[:, None]).T, h / sizes / reach])
     weights, distance = nnls(system, np.r_[np.zeros(T.shape[1]), 1.0], maxiter=50 * len(h))

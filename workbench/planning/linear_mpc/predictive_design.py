@@ -113,10 +113,8 @@ def predictive_design(
     Q, R, horizon
         Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
         the number of stages.
-    limits
-        Pairs (low, high) of states and inputs by name, in the units of the plant.
-    rate_limits
-        Pairs of the change of an input in a period, by name.
+    limits, rate_limits
+        Pairs (low, high) of states and inputs by name, in the units of the plant, and of the change of an input.
     soft_weight
         The weight w of a violation s of a limit of a state, w s^2. By default these limits are hard.
     sweeps
