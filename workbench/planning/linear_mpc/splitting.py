@@ -158,6 +158,10 @@ def solve_period(
     after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
     return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
 
+    def __repr__(self) -> str:
+        worst = float(np.max(self.residual, initial=0.0))
+        return f"<SplittingAnswer: an input of shape {np.shape(self.u)}, residual up to {worst:.2g}>"
+
 
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
     """One sweep: the next zeta (..., M), and the residual (...,) of the zeta that came, in spans."""
