@@ -120,6 +120,10 @@ class SplittingAnswer(NamedTuple):
     memory: Array
     residual: Array
 
+    def __repr__(self) -> str:
+        worst = float(np.max(self.residual, initial=0.0))
+        return f"<SplittingAnswer: an input of shape {np.shape(self.u)}, residual up to {worst:.2g}>"
+
 
 @check_arguments
 def no_memory(numbers: SplittingNumbers, batch: int | None = None) -> Array:
@@ -157,10 +161,6 @@ def solve_period(
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
     after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
     return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
-
-    def __repr__(self) -> str:
-        worst = float(np.max(self.residual, initial=0.0))
-        return f"<SplittingAnswer: an input of shape {np.shape(self.u)}, residual up to {worst:.2g}>"
 
 
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
