@@ -116,14 +116,15 @@ def _in_memory(code: bytes) -> Native:
     return Native(engine)
 
 
-def object_for(ir: str, triple: str, features: str) -> bytes:
-    """The object file of some IR for another machine, at most once made on this one."""
-    key = disk.key(ir, f"{triple} {features} {_version()}", f"codegen {OPTIMISATION}")
+def object_for(ir: str, triple: str, features: str, haste: bool = False) -> bytes:
+    """The object file of some IR for another machine, at most once made on this one; in `haste` slower code."""
+    level = HASTE if haste else OPTIMISATION
+    key = disk.key(ir, f"{triple} {features} {_version()}", f"codegen {level}")
     with _turn:
         if (code := disk.load(key)) is None:
             llvm.initialize_all_targets()
             llvm.initialize_all_asmprinters()
-            machine = llvm.Target.from_triple(triple).create_target_machine("generic", features, opt=OPTIMISATION)
+            machine = llvm.Target.from_triple(triple).create_target_machine("generic", features, opt=level)
             disk.store(key, code := _object(ir, machine))
     return code
 

@@ -10,10 +10,12 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from workbench.engine.kernel import llvm
+from workbench.engine.kernel.loop_emission import room_of
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.machines.webassembly_spelling import FEATURES, TRIPLE, WIDTH
 
+MOST_ORDERED = 1000  # operations of a step with loops that LLVM has a second for
 MEMORY = "env", "__linear_memory"
 MAGIC = b"\0asm\1\0\0\0"
 CUSTOM, TYPES, IMPORTS, FUNCTIONS, EXPORTS, CODE = 0, 1, 2, 3, 7, 10  # sections, by WebAssembly 1.0, section 5.5
@@ -30,7 +32,9 @@ def compile_plan(plan: KernelPlan) -> bytes:
         If the code needs more than memory.
     """
     ir = lower(plan, WIDTH, fused_products=False, stack="")
-    return callable_module(llvm.object_for(ir, TRIPLE, FEATURES))
+    # the time of LLVM's own order of values grows with the square of a block that reads and writes memory
+    haste = room_of(plan.graph) > 0 and len(plan.graph.nodes) > MOST_ORDERED
+    return callable_module(llvm.object_for(ir, TRIPLE, FEATURES, haste))
 
 
 def callable_module(code: bytes) -> bytes:
