@@ -91,18 +91,6 @@ def _unknown_operation(graph: Graph) -> tuple[str, int] | None:
     return None
 
 
-_loops: dict[str, ReadLoop] = {}  # by the names of their functions, which are digests of their bodies
-
-
-def _loop(loop: LoopBody) -> ReadLoop:
-    """A loop as the graphs of this process hold it: one object, so that equal loops on equal values are one node."""
-    if loop.name not in _loops:
-        reader = _Reader(partial(body_source, loop))
-        results = reader.read(loop.function)
-        _loops[loop.name] = read_loop(loop, reader.nodes, results)
-    return _loops[loop.name]
-
-
 def read_with(step: StepMap, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
     """The graph of a step, as `read` has it, whose last results are those of the values (1, 1) that it makes anyway.
 
@@ -131,6 +119,7 @@ class _Reader:
 
     def __init__(self, source: Callable[[Nodes, int, int], int]) -> None:
         self.nodes, self.source = Nodes(), source
+        self.loops: dict[str, ReadLoop] = {}  # by the names of their functions, which are digests of their bodies
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
     def read(self, function: ca.Function) -> list[int]:
@@ -146,7 +135,14 @@ class _Reader:
         loop = called_loop(function)
         if loop is None:
             return [self._operation(ca.OP_CALL, *operands)] * function.nnz_out()
-        return add_loop(self.nodes, _loop(loop), operands)
+        return add_loop(self.nodes, self._loop(loop), operands)
+
+    def _loop(self, loop: LoopBody) -> ReadLoop:
+        """A loop as this graph holds it: one object by its name, so that equal loops on equal values are one node."""
+        if loop.name not in self.loops:
+            reader = _Reader(partial(body_source, loop))
+            self.loops[loop.name] = read_loop(loop, reader.nodes, reader.read(loop.function))
+        return self.loops[loop.name]
 
     def _operation(self, code: int, *operands: int) -> int:
         match code:
