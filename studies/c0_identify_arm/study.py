@@ -25,10 +25,11 @@ def answer(evidence: Evidence) -> str:
     share = digits(100 * largest_share(evidence))
     costs, rest = nominal_costs(evidence), log_costs(evidence)
     worst = max(costs, key=lambda law: costs[law].value)
+    more, left = f"{100 * costs[worst].value:.0f} %", f"{digits(100 * rest[worst])} %"
     return (
         f"{SPAN:g} s under AOSMC-RGS tell an assumed arm's {len(FREE)} numbers with standard errors up to {share} %; a "
         f"designed excitation's are {mean_ratio(evidence):.1f} times smaller. {worst[:1].upper()}{worst[1:]} with the "
-        f"paper's numbers has {100 * costs[worst].value:.0f} % more error, with either log's {digits(100 * rest[worst])} %."
+        f"paper's numbers has {more} more error, with either log's {left}."
     )
 
 
