@@ -93,6 +93,8 @@ def test_the_residual_says_how_far_a_plan_is_from_done():
     [
         ({"also": {"y": (0.0, 1.0)}}, "There is no 'y' among the 5 states and inputs of the plant"),
         ({"also": {"F": (1.0, -1.0)}}, "must have its low end below its high end; 'F' has 1 and -1"),
+        ({"also": {"F": (1.0, 3.0)}}, "must leave the rest of the plant inside; that of 'F' lies 1 outside"),
+        ({"also": {"F": (np.nan, 3.0)}}, r"predictive_design\(limits={'F': ...}\)` must hold two numbers"),
         ({"horizon": 1, "delay": 0.04}, "from 3 to 1000, above the delay"),
     ],
 )

@@ -60,6 +60,7 @@ def test_operations_are_counted_pass_by_pass_or_as_they_are_written():
     [
         ((0, lambda c: (c,), ca.SX(1)), r"`bounded_loop\(count=...\)` must be a positive whole number; got 0"),
         ((2, lambda c, r: (c,), ca.SX(1), ca.SX.zeros(1, 3)), r"a column for each of 2 passes; got the shape \(1, 3\)"),
+        ((2, lambda c: c, ca.SX(1)), "must return a tuple, the next carried values and its columns"),
         ((2, lambda c: (ca.vertcat(c, c),), ca.SX(1)), "must return as many carried values as it takes, 1; got 2"),
     ],
 )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from workbench.core.fingerprints import fingerprint_of
-from workbench.core.validation.refusals import whole
+from workbench.core.validation.refusals import describe, whole
 from workbench.core.validation.signatures import check_arguments
 
 NAME = re.compile(r"bounded_loop_(\d+)_(forward|backward)_([0-9a-f]{16})")
@@ -82,7 +82,13 @@ def _body(
     """The body as a function (c, r, ..., shared), and the symbols of the equation behind its constants in `shared`."""
     c, r = ca.SX.sym("c", size), [ca.SX.sym("r", part.shape[0]) for part in rows]
     s = [ca.SX.sym("s", *part.shape) for part in constants]
-    following, *columns = (ca.densify(ca.vec(ca.SX(part))) for part in body(c, *r, *s))
+    answer = body(c, *r, *s)
+    if not isinstance(answer, tuple) or not answer:
+        raise ValueError(
+            "The body of a `bounded_loop` must return a tuple, the next carried values and its columns, as `(c,)`; got "
+            f"{describe(answer)}."
+        )
+    following, *columns = (ca.densify(ca.vec(ca.SX(part))) for part in answer)
     if following.numel() != size:
         raise ValueError(
             f"The body of a `bounded_loop` must return as many carried values as it takes, {size}; "

@@ -13,10 +13,10 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, known_name, refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import DesignError
+from workbench.design.matrices import DesignError, definite, semidefinite
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
-from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
+from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair, bounds
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingNumbers
@@ -123,7 +123,7 @@ def predictive_design(
     Raises
     ------
     ValueError, LookupError
-        If an argument is out of its range, limits cross, or the plant has no state or input of a name.
+        If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name.
     DesignError
         If no gain stabilises the plant, or no number of sweeps is proved to suffice.
 
@@ -133,9 +133,11 @@ def predictive_design(
     >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     <PredictiveDesign: 20 stages of 0.02 s, limits on F, 4 sweeps, contraction 0.25 (proved)>
     """
-    names = tuple(system.state_labels), tuple(system.input_labels)
+    names = _names(system)
+    _refuse_weights(names, Q, R)
     ends = _limits(names, limits, rate_limits or {}, soft_weight)
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
+    _refuse_rest(problem)
     numbers = splitting_numbers(problem, sweeps=sweeps)
     if sweeps is None and not numbers.is_proved:
         raise DesignError(
@@ -144,6 +146,29 @@ def predictive_design(
             "soft by `soft_weight`, leave out limits on rates, or give `sweeps` and judge runs by their `residual`."
         )
     return PredictiveDesign(*names, float(period), problem, numbers)
+
+
+def _names(system: System) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of the states and of the inputs of a linear system."""
+    if not hasattr(system, "state_labels"):
+        raise refusal("predictive_design(system)", "a linear plant, as `linearize` returns it", system)
+    return tuple(system.state_labels), tuple(system.input_labels)
+
+
+def _refuse_weights(names: tuple[tuple[str, ...], tuple[str, ...]], Q: Numbers, R: Numbers) -> None:
+    """Refuse weights that are no weights, by the name of this call."""
+    semidefinite("predictive_design(Q=...)", "Q", Q, len(names[0]))
+    definite("predictive_design(R=...)", "R", R, len(names[1]))
+
+
+def _refuse_rest(problem: LinearMpc) -> None:
+    """Refuse limits that exclude the rest, about which the law plans."""
+    for name, low, high in zip(problem.rows.names, problem.rows.low, problem.rows.high, strict=True):
+        if not low <= 0.0 <= high:
+            raise ValueError(
+                f"`predictive_design(limits=...)` must leave the rest of the plant inside; that of '{name}' lies "
+                f"{low if low > 0 else -high:.4g} outside. Take another rest, or widen the limit."
+            )
 
 
 def _limits(
@@ -172,6 +197,8 @@ def _ends(names: tuple[str, ...], limits: Mapping[str, Pair]) -> tuple[Array, Ar
     """The two ends of the limits of some signals, infinite where there are none; None without any."""
     if not any(name in limits for name in names):
         return None
+    for name in (name for name in names if name in limits):
+        bounds(f"predictive_design(limits={{{name!r}: ...}})", limits[name], (name,))
     pairs = [limits.get(name, (-np.inf, np.inf)) for name in names]
     low, high = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
     return low, high
