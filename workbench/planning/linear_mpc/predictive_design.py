@@ -133,8 +133,7 @@ def predictive_design(
     >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     <PredictiveDesign: 20 stages of 0.02 s, limits on F, 4 sweeps, contraction 0.25 (proved)>
     """
-    names = _names(system)
-    _refuse_weights(names, Q, R)
+    names = _names(system, Q, R)
     ends = _limits(names, limits, rate_limits or {}, soft_weight)
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
     _refuse_rest(problem)
@@ -148,17 +147,14 @@ def predictive_design(
     return PredictiveDesign(*names, float(period), problem, numbers)
 
 
-def _names(system: System) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of the states and of the inputs of a linear system."""
+def _names(system: System, Q: Numbers, R: Numbers) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of states and inputs of a linear system; refuses another object, and weights of other sizes or signs."""
     if not hasattr(system, "state_labels"):
         raise refusal("predictive_design(system)", "a linear plant, as `linearize` returns it", system)
-    return tuple(system.state_labels), tuple(system.input_labels)
-
-
-def _refuse_weights(names: tuple[tuple[str, ...], tuple[str, ...]], Q: Numbers, R: Numbers) -> None:
-    """Refuse weights that are no weights, by the name of this call."""
-    semidefinite("predictive_design(Q=...)", "Q", Q, len(names[0]))
-    definite("predictive_design(R=...)", "R", R, len(names[1]))
+    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
+    semidefinite("predictive_design(Q=...)", "Q", Q, len(states))
+    definite("predictive_design(R=...)", "R", R, len(inputs))
+    return states, inputs
 
 
 def _refuse_rest(problem: LinearMpc) -> None:
