@@ -55,17 +55,18 @@ def least_squares(
     runs = LinearisedRuns(residuals, linearize, size)
     if not np.isfinite(runs.values(inner / size)).all():
         return None
-    end = optimize.least_squares(
-        runs.values,
-        inner / size,
-        runs.slopes,
-        bounds=(low / size, high / size),
-        x_scale="jac",
-        ftol=tolerance,
-        xtol=tolerance,
-        gtol=tolerance,
-        max_nfev=rounds,
-    )
+    with np.errstate(all="ignore"):  # of trials far away, where a run grows beyond all numbers
+        end = optimize.least_squares(
+            runs.values,
+            inner / size,
+            runs.slopes,
+            bounds=(low / size, high / size),
+            x_scale="jac",
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+            max_nfev=rounds,
+        )
     return Minimum(end.x * size, float(end.cost), int(end.nfev), REASONS[int(end.status)])
 
 

@@ -148,7 +148,7 @@ def predictive_design(
 
 
 def _names(system: System, Q: Numbers, R: Numbers) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of states and inputs of a linear system; refuses another object, and weights of other sizes or signs."""
+    """The names of states and inputs of a linear system; another object and unfit weights are refused."""
     if not hasattr(system, "state_labels"):
         raise refusal("predictive_design(system)", "a linear plant, as `linearize` returns it", system)
     states, inputs = tuple(system.state_labels), tuple(system.input_labels)
