@@ -73,6 +73,9 @@ LAWS = {  # of the arm, in plain words
 }
 
 
+PLANS = "A law that plans 0.4 s ahead within a limit of the force. Turn its weight, the limit, or the cart's mass."
+
+
 def gallery() -> str:
     """Write what the gallery leads to; the text of its page."""
     for folder in (LOOPS, REPORTS, THUMBNAILS, FILES, STUDIES):
@@ -91,6 +94,9 @@ def gallery() -> str:
         "## Laws to play with\n",
         "The two-link arm of a paper, under each law of the catalogue.\n",
         grid([loop_card(name, LAWS.get(name, ""), {"play": shown}) for name, shown in loops.of_arms().items()]),
+        "## Laws that plan\n",
+        "The dashed lines are the plans of the law.\n",
+        grid([loop_card(name, PLANS, {"play": shown}) for name, shown in loops.of_plans().items()]),
         "## Fits to play with\n",
         "The curve of a fitted model moves under the samples of its log.\n",
         grid([fit_card(one) for one in fits.of_logs()]),
@@ -133,7 +139,7 @@ def loop_card(title: str, line: str, loops_by_word: dict[str, Any], titles: dict
     links = []
     for word, shown in loops_by_word.items():
         name = (titles or {}).get(word, title)
-        page = wb.live(shown.loop, shown.until, shown.h, title=name)
+        page = wb.live(shown.loop, shown.until, shown.h, knobs=shown.knobs, title=name)
         stem = re.sub(r"\W+", "-", name.replace("−", " minus").replace("+", " plus ")).strip("-").lower()
         page.write(LOOPS / f"{stem}.html")
         (LOOPS / f"{stem}.svg").write_text(drawn(page.text), encoding="utf-8")

@@ -275,6 +275,7 @@ GROUPS = (
             "Section": "A heading and its blocks.",
             "Paragraph": "Text in a section.",
             "Knob": "A number that a reader of the page can turn.",
+            "DesignKnob": "A number from which a law is designed, that a reader can turn.",
             "PidSpecification": "Limits of S and T that a reader turns, and that a PID follows.",
             "live": "A page of one loop with a knob for each number.",
             "loop_gain_pictures": "The linear pictures of a case, as blocks for a section.",

@@ -49,7 +49,7 @@ _ROOMS = {
     "identification.datasets": "Dataset check_data",
     "identification.experiments": "design_experiment",
     "planning.trajectories": "plan",
-    "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
+    "study": "Case DesignKnob Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
     "study.document.frequency_curves": "FrequencyCurve",

@@ -182,6 +182,7 @@ from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
 from workbench.study.citation import cite
+from workbench.study.design_knob import DesignKnob
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
 from workbench.study.document.frequency_curves import FrequencyCurve
@@ -216,6 +217,7 @@ __all__ = [
     "DCMotor",
     "Dataset",
     "DeadZone",
+    "DesignKnob",
     "DigitalLoop",
     "DisturbedPlant",
     "EquippedPlant",

@@ -54,6 +54,17 @@ def test_the_law_in_a_loop_is_the_splitting_in_numpy(options):
     assert np.abs(forces).max() == pytest.approx(3.0)  # the limit acts
 
 
+def test_the_law_records_the_plan_that_it_follows():
+    run = run_of(cart_design(sweeps=60), phi=0.05, step=0.1)
+    times, x, forces = run["predicted_t"][0, 0], run["predicted_x"][0], run["predicted_F"][0]
+    np.testing.assert_allclose(times, 0.02 * np.arange(21), rtol=1e-15)
+    np.testing.assert_allclose(x[:, 0], run["x"][0].ravel(), rtol=0, atol=1e-12)  # a plan begins where the plant is
+    np.testing.assert_array_equal(forces[:, 0], run["F"][0].ravel())
+    assert np.abs(run["F"]).max() < 3.0
+    ahead = np.abs(x[:-5, 5] - run["x"][0, 5:].ravel())
+    assert ahead.max() < 2e-3  # m after five periods: the plan knows the linearised plant at angles of 0.05
+
+
 def test_where_no_limit_acts_the_law_is_lqr():
     design = cart_design()
     x, forces = readings(run_of(design, phi=0.01, step=0.02))

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from docs.loops import of_arms, of_plants
+from docs.fits import of_logs
+from docs.loops import of_arms, of_plans, of_plants
 from tests.support.forks import run_all
 
 ROOT = Path(__file__).parents[2]
@@ -144,7 +145,7 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert done.returncode == 0, done.stderr
     gallery = (tmp_path / "site" / "gallery.html").read_text(encoding="utf-8")
     pages = {*re.findall(r'href="(_static/loops/[\w-]+\.html)"', gallery)}
-    assert len(pages) == len(of_arms()) + len(of_plants())
+    assert len(pages) == len(of_arms()) + len(of_plants()) + len(of_plans()) + len(of_logs())
     for page in pages:  # each can be turned, and stands beside its picture
         assert 'id="live"' in (tmp_path / "site" / page).read_text(encoding="utf-8")
         assert (tmp_path / "site" / page).with_suffix(".svg").is_file()

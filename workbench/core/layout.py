@@ -24,13 +24,17 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Entry:
-    """One named quantity of a `Layout`, in the shape of its default value; `symbol` is its letter in equations."""
+    """One named quantity of a `Layout`, in the shape of its default value; `symbol` is its letter in equations.
+
+    A quantity that `is_derived` follows from a design, together with others.
+    """
 
     name: str
     default: Array
     unit: str = ""
     bounds: Bounds = field(default_factory=Bounds)
     symbol: str = ""
+    is_derived: bool = False
 
     def __post_init__(self) -> None:
         check_name("Entry(name=...)", self.name)

@@ -88,13 +88,14 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Quantity:
-    """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
+    """The declaration of a number: unit, bounds, axes, letter, if `lift` makes it a symbol, and if it is derived."""
 
     unit: str
     bounds: Bounds
     shape: tuple[str, ...]
     symbol: str
     is_symbolic: bool
+    is_derived: bool = False
 
 
 def fit_shape(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, int]) -> Array:

@@ -83,7 +83,7 @@ def _twin_of_field(value: object, path: str, entries: list[tuple[Entry, ca.SX]])
 
 def _entry(name: str, value: Array | float, quantity: Quantity, unit: str, symbol: str, index: str) -> Entry:
     printed = f"{symbol}_{index}" if index and "_" not in symbol else f"{symbol}{index}"
-    return Entry(name, np.asarray(value, dtype=float), unit, quantity.bounds, printed)
+    return Entry(name, np.asarray(value, dtype=float), unit, quantity.bounds, printed, quantity.is_derived)
 
 
 def _symbol(entry: Entry) -> ca.SX:

@@ -17,6 +17,7 @@ from workbench.report.html_page import html
 from workbench.report.live.live_data import live_data
 from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs, writeup
+from workbench.study.design_knob import DesignKnob
 from workbench.study.knob import Knob
 from workbench.study.ledger.durability import write_durably
 from workbench.study.pid_specification import PidSpecification
@@ -64,7 +65,7 @@ def live(
     until: float,
     h: float = 1e-3,
     metrics: Sequence[AbstractMetric] = (),
-    knobs: Sequence[Knob | PidSpecification] = (),
+    knobs: Sequence[Knob | DesignKnob | PidSpecification] = (),
     title: str = "",
 ) -> LoopPage:
     """An HTML page of a loop with knobs, whose reader changes numbers and sees the responses at once.

@@ -21,6 +21,7 @@ _FILES = {
     "document.document": "TableColumn Figure Finding Itemize Page Panel Paragraph Section ReportTable Variation "
     "Verdict",
     "evidence.law_tables": "side_by_side",
+    "design_knob": "DesignKnob",
     "knob": "Knob",
     "pid_specification": "PidSpecification",
     "result_marks": "bars cell points",

@@ -2,6 +2,7 @@
 
 from workbench.study.case_runs import run
 from workbench.study.citation import Citation, cite
+from workbench.study.design_knob import DesignKnob
 from workbench.study.document.document import (
     Figure,
     Finding,
@@ -48,6 +49,7 @@ from workbench.study.writeup import testbed
 __all__ = [
     "Case",
     "Citation",
+    "DesignKnob",
     "Factor",
     "Figure",
     "Finding",

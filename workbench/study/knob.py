@@ -14,6 +14,7 @@ from workbench.core.validation.refusals import Array, nearest, vector
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor, Mark, Space
+from workbench.study.design_knob import DesignKnob
 
 TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
 
@@ -125,6 +126,12 @@ class Knob:
         return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
 
     @check_arguments
+    def numbers_at(self, value: float, own: Array) -> Array:
+        """The numbers at the places of the knob for a value, where the loop's own are `own`."""
+        own = np.asarray(own, dtype=float)
+        return value * own if self.share else np.full(own.shape, float(value))
+
+    @check_arguments
     def unit(self, step: StepMap) -> str:
         """The unit of the numbers that the knob moves; "1" for a share."""
         entries = (*step.parameters.entries, *step.states.entries)
@@ -132,7 +139,7 @@ class Knob:
         return "1" if self.share else ", ".join(dict.fromkeys(units[place] for place in self.places(step)))
 
 
-def check(knobs: tuple[Knob, ...], steps: Mapping[str, StepMap]) -> None:
+def check(knobs: tuple[Knob | DesignKnob, ...], steps: Mapping[str, StepMap]) -> None:
     """Refuse two knobs of one name, and a path that no loop has.
 
     Raises

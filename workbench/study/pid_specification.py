@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.signatures import check_arguments
+from workbench.study.design_knob import DesignKnob
 from workbench.study.knob import Knob
 
 USUAL = 1.4  # the Ms at which a reader begins, if it is in the range
@@ -66,7 +67,7 @@ class PidSpecification:
         return Kp, Ki, Kd
 
     @check_arguments
-    def places(self, knobs: Sequence[Knob]) -> tuple[int, ...]:
+    def places(self, knobs: Sequence[Knob | DesignKnob]) -> tuple[int, ...]:
         """The places of the knobs of Kp, Ki and, if it is one, Kd among all knobs.
 
         Raises
@@ -83,7 +84,7 @@ class PidSpecification:
                 )
         found = tuple(place for place in own if place is not None)
         for place in found:
-            if knobs[place].share or len(knobs[place].paths) > 1:
+            if not isinstance(knobs[place], Knob) or knobs[place].share or len(knobs[place].paths) > 1:
                 raise ValueError(
                     f"`PidSpecification({self.name!r}, ...)` computes one gain, and the knob '{knobs[place].name}' "
                     "turns a share, or several numbers: give the gain a knob of its own."
@@ -101,12 +102,12 @@ class PidSpecification:
         return {"name": self.name, **limits}
 
 
-Control = Knob | PidSpecification
+Control = Knob | DesignKnob | PidSpecification
 
 
-def knobs_among(controls: Sequence[Control] | None) -> tuple[Knob, ...]:
+def knobs_among(controls: Sequence[Control] | None) -> tuple[Knob | DesignKnob, ...]:
     """The knobs of a page among all that a reader turns."""
-    return tuple(one for one in controls or () if isinstance(one, Knob))
+    return tuple(one for one in controls or () if isinstance(one, Knob | DesignKnob))
 
 
 def specifications_among(controls: Sequence[Control] | None) -> tuple[PidSpecification, ...]:

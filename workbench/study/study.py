@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from workbench.core.equations import answer
 from workbench.core.validation.refusals import seed, several, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.study.design_knob import DesignKnob
 from workbench.study.document.document import Page, Section
 from workbench.study.document.phrases_and_tables import check_name
 from workbench.study.knob import Knob
@@ -73,7 +74,7 @@ class Study:
     seed: int | None = None
     sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, UserValue]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
-    live: tuple[Knob | PidSpecification, ...] | None = ()
+    live: tuple[Knob | DesignKnob | PidSpecification, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
     least_samples: int | None = None
 

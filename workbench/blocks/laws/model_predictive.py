@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 import numpy as np
 
@@ -75,21 +77,21 @@ class ModelPredictive(AbstractController):
     inputs: Layout
     horizon: int
     sweeps: int
-    A: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
-    B: Matrix = parameter(unit=ANY, shape=("nx", "nu"))
-    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
-    S: Matrix = parameter(unit=ANY, shape=("nu", "nu"))
-    F: Matrix = parameter(unit=ANY, shape=("nc", "nx"))
-    E: Matrix = parameter(unit=ANY, shape=("nc", "nu"))
+    A: Matrix = parameter(unit=ANY, shape=("nx", "nx"), derived=True)
+    B: Matrix = parameter(unit=ANY, shape=("nx", "nu"), derived=True)
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"), derived=True)
+    S: Matrix = parameter(unit=ANY, shape=("nu", "nu"), derived=True)
+    F: Matrix = parameter(unit=ANY, shape=("nc", "nx"), derived=True)
+    E: Matrix = parameter(unit=ANY, shape=("nc", "nu"), derived=True)
     low: Vector = parameter(unit=ANY, shape=("nc",))
     high: Vector = parameter(unit=ANY, shape=("nc",))
-    softness: Vector = parameter(unit=ANY, shape=("nc",))
-    sigma: Vector = parameter(unit=ANY, shape=("nc",))
-    W: Matrix = parameter(unit=ANY, shape=("M", "r"))
-    L: Vector = parameter(unit=ANY, shape=("r",))
-    cap: float = parameter(unit="1")
-    x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0")
-    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
+    softness: Vector = parameter(unit=ANY, shape=("nc",), derived=True)
+    sigma: Vector = parameter(unit=ANY, shape=("nc",), derived=True)
+    W: Matrix = parameter(unit=ANY, shape=("M", "r"), derived=True)
+    L: Vector = parameter(unit=ANY, shape=("r",), derived=True)
+    cap: float = parameter(unit="1", derived=True)
+    x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", derived=True)
+    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", derived=True)
     follow: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -185,6 +187,41 @@ class ModelPredictive(AbstractController):
         if self._waiting:
             following["sent"] = after[self.states.size :]
         return following
+
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages.
+
+        All stages of the first number of a signal stand first. The input of the last stage is that of the stage before.
+        """
+        _, nu, nc = self._counts
+        zeta, _ = self._solve(z, est, ref)
+        first = ca.reshape(zeta, nc, self.horizon)[:nu, :]
+
+        def ahead(e: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
+            v = ca.fmin(ca.fmax(row, self.low[:nu]), self.high[:nu])
+            after = self.A @ e + self.B @ v
+            return after, after, v
+
+        start = self._deviation(z, est, self._rest(ref))
+        _, x, u = bounded_loop(self.horizon, ahead, start, first)
+        n = self.states.size
+        states = ca.horzcat(start, x)[:n, :] + ca.repmat(ca.SX(self.x0), 1, self.horizon + 1)
+        inputs = ca.horzcat(u, u[:, -1]) + ca.repmat(ca.SX(self.u0), 1, self.horizon + 1)
+        times = ca.SX(np.arange(self.horizon + 1) * (self.period or 1.0))
+        foreseen = {
+            f"predicted_{entry.name}": ca.vec(numbers[layout.slice(entry.name), :].T)
+            for layout, numbers in ((self.states, states), (self.inputs, inputs))
+            for entry in layout.entries
+        }
+        return {"predicted_t": times, **foreseen}
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        units = {
+            f"predicted_{one.name}": ", ".join(dict.fromkeys(one.units))
+            for one in (*self.states.entries, *self.inputs.entries)
+        }
+        return {"predicted_t": "s", **units}
 
     def _rest(self, ref: Follows) -> ca.SX:
         """The rest that is wanted, as a deviation (nx, 1) from x0; its input is u0."""

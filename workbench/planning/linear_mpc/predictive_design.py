@@ -101,6 +101,7 @@ def predictive_design(
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
+    modes: int | None = None,
 ) -> PredictiveDesign:
     """Design a predictive law for a linearised plant that a computer controls once in a period.
 
@@ -119,6 +120,9 @@ def predictive_design(
         The weight w of a violation s of a limit of a state, w s^2. By default these limits are hard.
     sweeps
         The number of sweeps in a period. By default it follows from how much a sweep reduces an error.
+    modes
+        The number of kept modes of the metric. By default it follows from the problem. Designs with equal numbers of
+        stages, sweeps and modes are laws of the same size, as a `DesignKnob` needs them.
 
     Raises
     ------
@@ -137,7 +141,7 @@ def predictive_design(
     ends = _limits(names, limits, rate_limits or {}, soft_weight)
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
     _refuse_rest(problem)
-    numbers = splitting_numbers(problem, sweeps=sweeps)
+    numbers = splitting_numbers(problem, sweeps=sweeps, modes=modes)
     if sweeps is None and not numbers.is_proved:
         raise DesignError(
             "`predictive_design(limits=...)`: no number of sweeps is proved to suffice for hard limits on states, or "

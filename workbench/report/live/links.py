@@ -25,7 +25,11 @@ from workbench.study.study import Outcome
 
 @dataclass(frozen=True)
 class Curve:
-    """A series of a panel of a figure that shows signals of a loop in some of its kept rows, times the scales."""
+    """A series of a panel of a figure that shows signals of a loop in some of its kept rows, times the scales.
+
+    Where `stages` is not 0 it shows so many numbers of the first of these rows, from the place of y on, at times that
+    are `spacing` s apart.
+    """
 
     figure: str
     panel: int
@@ -35,6 +39,8 @@ class Curve:
     y: Signal
     rows: tuple[int, int]
     scales: tuple[float, float]
+    stages: int = 0
+    spacing: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -158,7 +164,7 @@ def _curve(printed: PrintedCurve, loops: _Loops) -> Iterator[Curve]:
     if y.rows is not None and (loop := loops.place(y)) is not None:
         outcome = loops.outcomes[loop]
         signals = place_of_signal(outcome, x), place_of_signal(outcome, y)
-        yield Curve(*printed.place, loop, *signals, y.rows, (x.scale, y.scale))
+        yield Curve(*printed.place, loop, *signals, y.rows, (x.scale, y.scale), y.stages, y.spacing)
 
 
 def _live_cell(printed: PrintedCell, loops: _Loops) -> Iterator[LiveCell]:

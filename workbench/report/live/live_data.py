@@ -28,6 +28,7 @@ from workbench.report.live.marches import (
 from workbench.report.live.page_data import LiveData, Plain
 from workbench.report.live.specification_data import specification_data
 from workbench.report.live.turned_knobs import knobs_of_sweeps
+from workbench.study.design_knob import DesignKnob
 from workbench.study.document.document import Document
 from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.document.printed_results import PrintedResults
@@ -106,7 +107,7 @@ class _PageLoops:
     modules: Modules
 
 
-def _page_loops(links: Links, outcomes: Mapping[int, Outcome], knobs: Sequence[Knob]) -> _PageLoops:
+def _page_loops(links: Links, outcomes: Mapping[int, Outcome], knobs: Sequence[Knob | DesignKnob]) -> _PageLoops:
     """Each outcome as a loop that a browser runs, or the reason why none can, by the name of its case."""
     page = _PageLoops([], [], {}, {}, Modules())
     for k, outcome in outcomes.items():
@@ -137,7 +138,7 @@ def _everywhere(links: Links, loop: int) -> Plain:
     return {"everywhere": True, "drawing": None} if links.moving_loops and loop not in links.moving_loops else {}
 
 
-def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> Plain:
+def _knob(knob: Knob | DesignKnob, outcomes: Sequence[Outcome]) -> Plain:
     """A knob with the number at which it stands, which is the same in all loops that have it."""
     runs = [run for outcome in outcomes if knob.places((run := outcome.measurement.trajectories).step)]
     values = {knob.value(run.step, run.p[0], run.x[0, 0]) for run in runs}
@@ -154,11 +155,13 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> Plain:
             f"to {knob.high:g}."
         )
     held = {name: getattr(knob, name) for name in ("name", "paths", "low", "high", "log", "origin", "share")}
+    if isinstance(knob, DesignKnob):
+        return held | {"paths": [], "value": value, "unit": superscript_powers(knob.unit), "stops": plain(knob.values)}
     return held | {"value": value, "unit": superscript_powers(knob.unit(runs[0].step))}
 
 
 def _loop(
-    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules, linear: bool
+    outcome: Outcome, knobs: Sequence[Knob | DesignKnob], links: Sequence[Curve], modules: Modules, linear: bool
 ) -> tuple[Plain, list[Curve]]:
     """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there.
 
@@ -167,7 +170,15 @@ def _loop(
     case, run = outcome.case, outcome.measurement.trajectories
     whole, half = whole_and_half(outcome)
     every = case.run.every or whole.h
-    wanted = sorted({int(axis[1]) for link in links for axis in (link.x, link.y) if axis[0] == "y"})
+    wanted = sorted(
+        {
+            int(axis[1]) + j
+            for link in links
+            for axis in (link.x, link.y)
+            if axis[0] == "y"
+            for j in range(link.stages or 1)
+        }
+    )
     metrics = outcome.measurement.metrics
     drawing = outcome.ode.drawing
     seen = ca.vertcat(whole.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, whole))
@@ -233,7 +244,9 @@ def _programs(step: StepMap, metrics: Sequence[AbstractMetric], t: Array) -> lis
     return programs
 
 
-def _moves(knobs: Sequence[Knob], step: StepMap, places: Sequence[tuple[int, ...]], named: bool) -> list[Plain]:
+def _moves(
+    knobs: Sequence[Knob | DesignKnob], step: StepMap, places: Sequence[tuple[int, ...]], named: bool
+) -> list[Plain]:
     """The places among the parameters and states of a step that each knob moves, with their names if asked."""
     size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [
@@ -242,7 +255,8 @@ def _moves(knobs: Sequence[Knob], step: StepMap, places: Sequence[tuple[int, ...
             "p": [k for k in here if k < size],
             "x": [k - size for k in here if k >= size],
             "names": [labels[k] for k in sorted(here, key=lambda k: k >= size)] if named else [],
+            "designs": [plain(row) for row in knob.table] if isinstance(knob, DesignKnob) else [],
         }
-        for i, here in enumerate(places)
+        for i, (knob, here) in enumerate(zip(knobs, places, strict=True))
         if here
     ]

@@ -16,7 +16,9 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics import AbstractMetric, effort, peak_error, rmse
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.report.pictures.plan_curves import plan_curves
 from workbench.report.pictures.traces import curve
+from workbench.study.design_knob import DesignKnob
 from workbench.study.document.document import (
     Cell,
     Figure,
@@ -48,7 +50,7 @@ def loop_study(
     until: float,
     h: float,
     metrics: Sequence[AbstractMetric] = (),
-    knobs: Sequence[Knob | PidSpecification] = (),
+    knobs: Sequence[Knob | DesignKnob | PidSpecification] = (),
     title: str = "",
 ) -> Study:
     """The study with one case: a loop until a horizon [s], at a step h [s], of a sampled loop a substep.
@@ -83,8 +85,8 @@ def loop_study(
 
 
 def _controls(
-    loop: Loop | Ode | SampledSystem, given: Sequence[Knob | PidSpecification], step: StepMap
-) -> tuple[Knob | PidSpecification, ...]:
+    loop: Loop | Ode | SampledSystem, given: Sequence[Knob | DesignKnob | PidSpecification], step: StepMap
+) -> tuple[Knob | DesignKnob | PidSpecification, ...]:
     """All that a reader turns: what is given, and else the numbers of the loop, with the specification of its PID."""
     if given:
         return (*given, *(() if knobs_among(given) else knobs_of(step)))
@@ -98,11 +100,15 @@ def _controls(
 
 
 def knobs_of(step: StepMap) -> tuple[Knob, ...]:
-    """A knob for each number of a step that moves what its page shows, laws first and what they believe last."""
+    """A knob for each number of a step that moves what its page shows, laws first and what they believe last.
+
+    A number that a design computes together with others has none.
+    """
     seen = [place for name in shown_signals(step) for place in _places(step, name)]
     moving = step.rule.without_crossings(ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen]))
     used = np.array(ca.which_depends(moving, step.rule.p, 1, False), dtype=bool)
-    entries = [entry for entry in step.parameters.entries if used[step.parameters.slice(entry.name)].any()]
+    free = [entry for entry in step.parameters.entries if not entry.is_derived]
+    entries = [entry for entry in free if used[step.parameters.slice(entry.name)].any()]
     starts = [entry for entry in step.states.entries if _block(entry) == "plant" and entry.default.any()]
     knobs = [knob for entry in sorted((*entries, *starts), key=_rank) if (knob := _knob(entry))]
     times = Counter(_brief(knob.name) for knob in knobs)
@@ -199,6 +205,7 @@ def _panel(outcome: Outcome, name: str) -> Panel:
     entry = step.outputs[name] if name in step.outputs else step.states[name]
     labels = [label.removeprefix(name) for label in entry.labels()] if entry.size > 1 else [""]
     lines = [curve(outcome, name, i, label=label, style=i % 12) for i, label in enumerate(labels)]
+    lines += [one for i in range(len(labels)) for one in plan_curves(outcome, name, i)]
     if f"{name}_ref" in step.outputs:
         lines += [curve(outcome, f"{name}_ref", i, label="reference", style="reference") for i in range(len(labels))]
     unit = ", ".join(dict.fromkeys(superscript_powers(unit) for unit in entry.units if unit))

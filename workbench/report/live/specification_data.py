@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 from workbench.core.validation.refusals import known_name
 from workbench.report.live.page_data import Plain
+from workbench.study.design_knob import DesignKnob
 from workbench.study.knob import Knob
 from workbench.study.pid_specification import PidSpecification
 
 
 def specification_data(
-    specifications: Sequence[PidSpecification], knobs: Sequence[Knob], loops: Sequence[Plain]
+    specifications: Sequence[PidSpecification], knobs: Sequence[Knob | DesignKnob], loops: Sequence[Plain]
 ) -> list[Plain]:
     """An entry for each specification and each loop that has its gains and a linear answer.
 

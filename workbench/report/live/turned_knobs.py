@@ -14,6 +14,7 @@ from workbench.design.linear_loop import LinearLoop
 from workbench.engine.metrics import Measurement, measure
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live.linear_data import linear_at
+from workbench.study.design_knob import DesignKnob
 from workbench.study.knob import Knob, has
 from workbench.study.pid_specification import knobs_among
 from workbench.study.run_and_sweep import Run
@@ -103,6 +104,7 @@ def _at_knobs(
     if run.h is None:
         raise ValueError(f"`{call}(study, {case!r}, ...)` needs a case with a step; this one's was chosen by pilots.")
     step = MeasuredEquation.of(equation, run.metrics).step(run.h)
+    knobs: dict[str, Knob | DesignKnob]
     knobs = {knob.name: knob for knob in knobs_among(study.live) or knobs_of_sweeps(study, [step])}
     row = np.concatenate([step.parameters.default, step.states.default])
     own = row.copy()
@@ -112,7 +114,7 @@ def _at_knobs(
         if not places:
             raise LookupError(f"`{call}(study, {case!r}, ...)`: the knob '{name}' turns nothing in this case.")
         value = finite(f"{call}(values={{{name!r}: ...}})", value)
-        row[places] = value * own[places] if knob.share else value
+        row[places] = knob.numbers_at(value, own[places])
     return run, equation, step, row
 
 

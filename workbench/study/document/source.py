@@ -29,6 +29,9 @@ class Source:
         The digest of equations, parameters, steps and noise.
     rows
         The first kept time that is shown and the one after the last; None for a metric.
+    stages, spacing
+        For a curve of a plan: how many numbers of the first kept time of `rows` are shown, from `place` on, and the
+        time between them in s. 0 for a curve over the kept times.
     title, notes
         The name of the law in tables, with its remark, and the notes on it below a table.
     """
@@ -45,6 +48,8 @@ class Source:
     scale: float = 1.0
     title: str = ""
     notes: tuple[str, ...] = ()
+    stages: int = 0
+    spacing: float = 0.0
 
     def __post_init__(self) -> None:
         finite("Source(scale=...)", self.scale)

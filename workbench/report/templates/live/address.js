@@ -40,9 +40,10 @@ function decodedName(text) {
   }
 }
 
-// The number that a text writes, within the range of a knob; null for what is no number.
-function clippedNumber(text, { low, high }) {
-  return A_NUMBER.test(text) ? Math.min(high, Math.max(low, Number(text))) : null;
+// The number that a text writes, within the range of a knob, or the nearest of its stops; null for what is no number.
+function clippedNumber(text, { low, high, stops }) {
+  if (!A_NUMBER.test(text)) return null;
+  return stops ? stops[nearestStop(stops, Number(text))] : Math.min(high, Math.max(low, Number(text)));
 }
 
 // The state that a fragment tells of, on the ground of the printed one.

@@ -87,7 +87,7 @@ function listenTo(element, handle) {
 // The knobs that move parameters of the law of a loop alone, as a worker reads them; `place` is theirs on the page.
 function movedBy(page, loop) {
   const { data, state } = page;
-  return data.loops[loop].moves.filter(({ p, names }) => p.length && names.every((name) => name.startsWith("controller."))).map(({ knob, p, x }) => {
+  return data.loops[loop].moves.filter(({ p, names, knob }) => p.length && !data.knobs[knob].stops && names.every((name) => name.startsWith("controller."))).map(({ knob, p, x }) => {
     const { low, high, log, share } = data.knobs[knob];
     return { place: knob, p, x, low, high, log, share, value: state.values[knob] };
   }).filter(({ share, value }) => !share || value !== 0);

@@ -41,7 +41,7 @@ function withUnit(text, unit) {
 // The scale of a knob: from values to notches of its slider and back, with values as round as a notch is wide.
 class Scale {
   constructor({ low, high, log, value }) {
-    Object.assign(this, { low, high, log, baseline: value });
+    Object.assign(this, { low, high, log, baseline: value, notches: NOTCHES });
   }
 
   share(value) {
@@ -65,13 +65,37 @@ class Scale {
   }
 }
 
+// The scale of a knob whose law was designed at some values: each of them is a notch.
+class StopScale {
+  constructor({ stops }) {
+    Object.assign(this, { stops, notches: stops.length - 1 });
+  }
+
+  share(value) {
+    return this.notch(value) / this.notches;
+  }
+
+  notch(value) {
+    return nearestStop(this.stops, value);
+  }
+
+  value(notch) {
+    return this.stops[notch];
+  }
+}
+
+// The place of the stop that is nearest to a value.
+function nearestStop(stops, value) {
+  return stops.reduce((best, stop, i) => (Math.abs(stop - value) < Math.abs(stops[best] - value) ? i : best), 0);
+}
+
 // One knob: its name, a slider with a mark at the baseline, a field, where the number is from, and the way back.
 class KnobControl {
   constructor(knob, place, turned) {
-    Object.assign(this, { knob, scale: new Scale(knob), turned, name: `knob-${place}` });
+    Object.assign(this, { knob, scale: knob.stops ? new StopScale(knob) : new Scale(knob), turned, name: `knob-${place}` });
     const { name, unit, origin, value, low, high, share } = knob, id = this.name;
     const about = `${id}-about`;
-    this.slider = part("input", { type: "range", id, min: 0, max: NOTCHES, step: 1, "aria-describedby": about });
+    this.slider = part("input", { type: "range", id, min: 0, max: this.scale.notches, step: 1, "aria-describedby": about });
     this.field = part("input", { type: "number", min: low, max: high, step: "any", "aria-label": this.spoken() });
     this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() });
     this.back.append("reset to ", shortNumber(value, 6));
@@ -113,7 +137,8 @@ class KnobControl {
     else if (number >= low && number <= high) this.turn(number, this.field);
   }
 
-  turn(value, by = null) {
+  turn(wanted, by = null) {
+    const { stops } = this.knob, value = stops ? stops[nearestStop(stops, wanted)] : wanted;
     this.show(value, by);
     this.turned(value);
   }
@@ -413,11 +438,12 @@ function linearLines(data, state, places) {
 // The numbers of a loop that are turned, each by its name in Python; states only where the loop does not seek its rest.
 function turnedNumbers(data, state, loop) {
   const { rests, held } = loop.linear;
-  return loop.moves.flatMap(({ knob, p, x, names }) => {
-    const value = state.values[knob], { share, value: baseline } = data.knobs[knob];
+  return loop.moves.flatMap(({ knob, p, x, names, designs }) => {
+    const value = state.values[knob], { share, value: baseline, stops } = data.knobs[knob];
     if (Object.is(value, baseline)) return [];
     const own = [...p.map((place) => loop.p[place]), ...x.map((place) => loop.x0[place])];
-    const items = names.map((name, i) => [name, share ? own[i] * value : value, i >= p.length]);
+    const at = (i) => (stops ? designs[nearestStop(stops, value)][i] : share ? own[i] * value : value);
+    const items = names.map((name, i) => [name, at(i), i >= p.length]);
     const isHeld = (name) => held.some((one) => name === one || name.startsWith(`${one}[`));
     return items.filter(([name, , isState]) => !isState || !rests || isHeld(name))
       .map(([name, number]) => `${JSON.stringify(name)}: ${number}`);

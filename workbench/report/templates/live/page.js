@@ -19,10 +19,14 @@ function inputsOf(loop, state, printed, knobs) {
   const p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0);
   const seed = isReseeded(loop, state, printed) ? state.seed : loop.seed;
   const turned = [];
-  for (const { knob, p: ofParameters, x: ofStates } of loop.moves) {
-    const value = state.values[knob], { share, value: printed } = knobs[knob];
+  for (const { knob, p: ofParameters, x: ofStates, designs } of loop.moves) {
+    const value = state.values[knob], { share, value: printed, stops } = knobs[knob];
     if (Object.is(value, printed)) continue;
     turned.push(`${knob}:${value}`);
+    if (stops) {
+      ofParameters.forEach((place, i) => (p[place] = designs[nearestStop(stops, value)][i]));
+      continue;
+    }
     for (const place of ofParameters) p[place] = share ? p[place] * value : value;
     for (const place of ofStates) x[place] = share ? x[place] * value : value;
   }
@@ -32,6 +36,7 @@ function inputsOf(loop, state, printed, knobs) {
 
 // The numbers of one curve from the rows of a run.
 function numbersOfCurve(curve, view, loop) {
+  if (curve.stages) return numbersOfPlan(curve, view, loop);
   const [first, last] = curve.rows, axis = (which, scale) => {
     const time = loop.times ? (row) => loop.times[row] : (row) => row * loop.every; // of a log they may be uneven
     if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => scale * time(first + i));
@@ -39,6 +44,13 @@ function numbersOfCurve(curve, view, loop) {
     return Float64Array.from({ length: last - first }, (_, i) => scale * rows[(first + i) * width + place]);
   };
   return { x: axis(curve.x, curve.scales[0]), y: axis(curve.y, curve.scales[1]) };
+}
+
+// The numbers of a plan in the first row of its curve, at times from that row's own on.
+function numbersOfPlan({ rows: [row], y: [name, place], scales, stages, spacing }, view, loop) {
+  const rows = view[name], first = row * (rows.length / (loop.rows + 1)) + place, start = row * loop.every;
+  const each = (number) => Float64Array.from({ length: stages }, (_, j) => number(j));
+  return { x: each((j) => scales[0] * (start + j * spacing)), y: each((j) => scales[1] * rows[first + j]) };
 }
 
 class LivePage {
