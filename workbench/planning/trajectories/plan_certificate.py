@@ -53,6 +53,10 @@ class PlanCertificate:
     objective_tolerance: float
     status: str
 
+    def __repr__(self) -> str:
+        word = "passed" if self.is_passed else "failed"
+        return f"<PlanCertificate: {word}, misses a node by at most {self.defect:.1g} of the range of a state>"
+
     @property
     def is_passed(self) -> bool:
         """True if the march keeps the plan and its limits, and the objective has settled."""
