@@ -73,6 +73,15 @@ def test_where_no_limit_acts_the_law_is_lqr():
     np.testing.assert_allclose(forces[:-1], linear[:-1], rtol=0, atol=1e-9)  # as the issue of the law asks
 
 
+def test_the_linear_loop_at_rest_is_that_of_lqr():
+    design, plant = cart_design(horizon=3, sweeps=2, modes=1), wb.CartPole()
+    laws = wb.ModelPredictive.of(plant, design), wb.StateFeedback.of(plant, design.problem.K)
+    loops = [wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law) for law in laws]
+    predictive, linear = (wb.linear_loop(wb.DigitalLoop(loop, 0.02)) for loop in loops)
+    margins = [one.margins()["F"].margins for one in (predictive, linear)]
+    assert margins[0].phase_margin.value == pytest.approx(margins[1].phase_margin.value, rel=1e-9)  # two roads to one L
+
+
 def test_more_sweeps_come_nearer_to_the_exact_law():
     errors = []
     for sweeps in (1, 3, 30):

@@ -51,7 +51,10 @@ CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in CHOICE_NAMES.spli
 
 @dataclass(frozen=True)
 class ExpressionNode:
-    """One node of an expression: the code of its operation, the places of its operands, and its name or value."""
+    """One node of an expression: the code of its operation, the places of its operands, and its name or value.
+
+    A call of a function, as of a bounded loop, has a node for each of its results, which depend on all its arguments.
+    """
 
     code: int
     operands: tuple[int, ...]
@@ -103,9 +106,10 @@ def _nodes(function: ca.Function, names: list[str]) -> tuple[list[ExpressionNode
         elif code == ca.OP_CONST:
             node = ExpressionNode(code, (), value=function.instruction_constant(k))
         else:
-            node = ExpressionNode(code, tuple(registers[read] for read in reads))
-        registers[writes[0]] = len(nodes)
-        nodes.append(node)
+            node = ExpressionNode(code, tuple(registers[read] for read in reads if read >= 0))
+        for write in (one for one in writes if one >= 0):  # a called function has several results, or leaves some out
+            registers[write] = len(nodes)
+            nodes.append(node)
     return nodes, outputs
 
 
