@@ -76,16 +76,16 @@ def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, 
         return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * shares))), gap
 
     end, gap = bounded_loop(N, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],))
-    modes = _by_stage(law.W, N)
-    t = _solve_quasidefinite(law.L, *_active_sums(law, gap, acts, modes)) if r else ca.SX(0, 1)
+    modes = (_by_stage(law.W, N),) if r else ()
+    t = (_solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)),) if r else ()
 
-    def without_modes(most: ca.SX, own: ca.SX, step: ca.SX, W: ca.SX, t: ca.SX) -> tuple[ca.SX, ...]:
-        step = step - ca.reshape(W, nc, r) @ t if r else step
+    def without_modes(most: ca.SX, own: ca.SX, step: ca.SX, *modes: ca.SX) -> tuple[ca.SX, ...]:
+        step = step - ca.reshape(modes[0], nc, r) @ modes[1] if r else step
         above = ca.if_else(own <= law.high, ca.fmax(own + step - law.high, 0.0), 0.0)  # it was not above before
         below = ca.if_else(own >= law.low, ca.fmax(law.low - own - step, 0.0), 0.0)
         return ca.fmax(most, ca.mmax(ca.fmax(above, below) * shares)), step
 
-    beyond, change = bounded_loop(N, without_modes, ca.SX(0.0), zeta, gap, modes, constants=(t,))
+    beyond, change = bounded_loop(N, without_modes, ca.SX(0.0), zeta, gap, *modes, constants=t)
     scale = ca.fmin(1.0, law.cap / ca.fmax(beyond, law.cap))
 
     def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:

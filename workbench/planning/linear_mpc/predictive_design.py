@@ -28,6 +28,9 @@ from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_sweeps, method_in_words
 
+RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
+ROUNDING = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 @show
@@ -106,6 +109,7 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
+            "residual_bound": RESIDUALS * self.evidence.largest_residual + ROUNDING,
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }
