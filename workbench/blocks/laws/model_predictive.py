@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from functools import reduce
+
 import casadi as ca
 import numpy as np
 
@@ -223,33 +225,32 @@ class ModelPredictive(AbstractController):
         nx, _, nc = self._counts
         rows, closed = self.F - self.E @ self.K, self.A - self.B @ self.K
 
-        def back(p: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
+        def back(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
+            p, above = c[:nx], c[nx]
             v = ca.fmin(ca.fmax(own, self.low), self.high)
-            force = (own - v) / self.sigma
             acts = ca.if_else(own == v, 0.0, 1 / self.sigma)
-            d = self.S @ (self.B.T @ p + self.E.T @ force)
-            return closed.T @ p + rows.T @ force, d, v + self.softness * force, acts
+            some = ca.if_else(_any(own != v), 1.0, above)
+            force = (own - v) / self.sigma
+            d = ca.if_else(some, self.S @ (self.B.T @ p + self.E.T @ force), 0.0)
+            before = ca.if_else(some, closed.T @ p + rows.T @ force, 0.0)
+            return ca.vertcat(before, some), d, v + self.softness * force, acts
 
-        _, moves, kept, acts = bounded_loop(self.horizon, back, ca.SX.zeros(nx), zeta, backward=True)
-        r = self.L.shape[0]
-        modes = ca.reshape(self._modes_by_stage, nc * r, self.horizon)
-        places = [(i, j) for j in range(r) for i in range(j, r)]
+        first, moves, kept, acts = bounded_loop(self.horizon, back, ca.SX.zeros(nx + 1), zeta, backward=True)
 
-        def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, active: ca.SX, W: ca.SX) -> tuple[ca.SX, ...]:
-            e, sums, largest = c[:nx], c[nx:-1], c[-1]
-            gap = lqr - rows @ e - self.E @ d - own
-            W = ca.reshape(W, nc, r)
-            weighted = W * ca.repmat(active, 1, r)
-            terms = [ca.dot(weighted[:, i], W[:, j]) for i, j in places] + [weighted[:, i].T @ gap for i in range(r)]
-            largest = ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))
-            return ca.vertcat(closed @ e + self.B @ d, sums + ca.vertcat(ca.SX(0, 1), *terms), largest), gap
+        def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
+            e, largest = c[:nx], c[nx]
+            gap = lqr - ca.if_else(some, rows @ e + self.E @ d, 0.0) - own
+            after = ca.if_else(some, closed @ e + self.B @ d, 0.0)
+            return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))), gap
 
-        first = ca.vertcat(ca.SX.zeros(nx), ca.SX.zeros(len(places) + r), 0.0)
-        end, gap = bounded_loop(self.horizon, forth, first, moves, kept, answer, acts, modes)
-        sums, residual = end[nx:-1], end[-1]
+        end, gap = bounded_loop(
+            self.horizon, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],)
+        )
+        residual, r = end[nx], self.L.shape[0]
         change, largest = gap, residual
         if r:
-            t = self._quasidefinite(places, sums)
+            modes = ca.reshape(self._modes_by_stage, nc * r, self.horizon)
+            t = self._quasidefinite(*self._active_sums(gap, acts, modes))
 
             def without_modes(most: ca.SX, own: ca.SX, W: ca.SX, t: ca.SX) -> tuple[ca.SX, ...]:
                 step = own - ca.reshape(W, nc, r) @ t
@@ -263,6 +264,23 @@ class ModelPredictive(AbstractController):
 
         _, following = bounded_loop(self.horizon, take, ca.SX(0, 1), zeta, change, constants=(scale,))
         return ca.vec(following), residual
+
+    def _active_sums(self, gap: ca.SX, acts: ca.SX, modes: ca.SX) -> tuple[list[tuple[int, int]], ca.SX]:
+        """W' diag W of the active rows by the places of its entries, and behind them W' diag gap.
+
+        A stage without an active row leaves the sums as they are.
+        """
+        nc, r = self._counts[2], self.L.shape[0]
+        places = [(i, j) for j in range(r) for i in range(j, r)]
+
+        def add(sums: ca.SX, own: ca.SX, active: ca.SX, W: ca.SX) -> tuple[ca.SX, ...]:
+            W = ca.reshape(W, nc, r)
+            weighted = W * ca.repmat(active, 1, r)
+            terms = [ca.dot(weighted[:, i], W[:, j]) for i, j in places] + [weighted[:, i].T @ own for i in range(r)]
+            return (ca.if_else(_any(active != 0.0), sums + ca.vertcat(*terms), sums),)
+
+        (sums,) = bounded_loop(self.horizon, add, ca.SX.zeros(len(places) + r), gap, acts, modes)
+        return places, sums
 
     @property
     def _shares(self) -> ca.SX:
@@ -292,3 +310,8 @@ class ModelPredictive(AbstractController):
         for j in reversed(range(r)):
             t[j] = t[j] / G[j, j] - sum((G[i, j] * t[i] for i in range(j + 1, r)), ca.SX(0.0))
         return ca.vertcat(*t)
+
+
+def _any(truths: ca.SX) -> ca.SX:
+    """True if one of the truths (n, 1) holds."""
+    return reduce(ca.logic_or, ca.vertsplit(truths))

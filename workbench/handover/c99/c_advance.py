@@ -70,6 +70,7 @@ def _scope(request: Request, graph: StepGraph, variables: LawVariables) -> Scope
         request.fused_products,
         frozenset((*graph.parameter_nodes, *graph.instant_nodes)) if request.precision == "single" else frozenset(),
         f"state->{ROOM}",
+        variables.arrays,
     )
 
 

@@ -22,6 +22,7 @@ from workbench.engine.machines.c_spelling import (
     truth_of_number,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
+from workbench.handover.c99.c_branches import Branch, branch_lines, branches_of, ordered
 from workbench.handover.c99.c_loop_writer import AbstractLoopWriter
 from workbench.handover.c99.c_loops import OF_ARRAYS, LoopNames, LoopText, PartText, item_text
 
@@ -50,6 +51,8 @@ class Scope:
         The nodes that are made in doubles whatever the format.
     room
         The array of the format in which the arrays of loops have their places.
+    arrays
+        The texts of arrays that no line makes.
     """
 
     graph: Graph
@@ -61,6 +64,7 @@ class Scope:
     fused_products: bool = False
     doubles: Collection[int] = frozenset()
     room: str = ROOM
+    arrays: Mapping[int, str] = field(default_factory=dict)
 
     def format_of(self, place: int) -> Real:
         """The format in which a value is made."""
@@ -157,6 +161,7 @@ class _Writer(AbstractLoopWriter):
         self.fresh_turns: Iterator[int] = around.fresh_turns if around else itertools.count(1)
         self.loop_names: LoopNames = around.loop_names if around else LoopNames()
         self.loops: dict[int, LoopText] = {}
+        self.branches: dict[int, Branch] = {}
 
     def answer(self, demand: Demand) -> DemandCode:
         self.lines = []
@@ -182,11 +187,15 @@ class _Writer(AbstractLoopWriter):
 
     def _make(self, place: int) -> None:
         node = self.nodes[place]
+        if place in self.branches:
+            self._make_branch(self.branches[place])
+            return
         if not node.operands:
             self.texts[place] = self.scope.sources[place]
             return
         if node.op in OF_ARRAYS:
-            self.texts[place] = Text(self.array(place, node), Tightness.ATOM, plain=True)
+            text = self.scope.arrays.get(place) or self.array(place, node)
+            self.texts[place] = Text(text, Tightness.ATOM, plain=True)
             return
         text = self._composed(place)
         while len(text.text) > WIDTH and (longest := self._longest_operand(place)) is not None:
@@ -195,6 +204,25 @@ class _Writer(AbstractLoopWriter):
         self.texts[place] = text
         if place in self.scope.names or self.uses[place] > 1:
             self._assign(place)
+
+    def _make_branch(self, branch: Branch) -> None:
+        """The lines of a branch, and its choices as variables or as carried numbers."""
+        array = next((self.texts[i].text for i, node in enumerate(self.nodes) if node.op == "carried"), "")
+        names = {place: f"{array}[{entry}]" for place, entry in branch.kept.items()}
+        own = {place: self._new() for place in branch.choices if place not in names}
+        names |= own
+        lines, sides = self.lines, list[list[str]]()
+        for side, places in enumerate(branch.sides):
+            self.lines = []
+            for place in places:
+                self._make(place)
+            for place in branch.choices if side == 0 else own:
+                self.lines.append(f"{names[place]} = {self.number(self.nodes[place].operands[1 + side]).text};")
+            sides.append(self.lines)
+        self.lines = lines
+        condition = self._truth(branch.condition, self.scope.real).text
+        self.lines += branch_lines(self.scope.real.type, own.values(), condition, sides)
+        self.texts |= {place: Text(name, Tightness.ATOM, plain=True) for place, name in names.items()}
 
     def _longest_operand(self, place: int) -> int | None:
         """The operand with the longest text that has no variable yet."""
@@ -257,12 +285,14 @@ class _Writer(AbstractLoopWriter):
         """A new variable with a value."""
         return self._variable(self.scope.real.type, self._new(), text)
 
-    def inside(self, body: Graph, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
-        """The lines of a pass of a body, and its results."""
+    def inside(self, body: Graph, carried: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+        """The lines of a pass of a body, and its results, of which the first are the next carried values."""
         numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
-        scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=())
+        scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=(), arrays={})
         inner = _Writer(scope, self)
-        for place in inner._lacking(body.results):
+        turned = {i for i, node in enumerate(body.nodes) if node.op in MEMBERS and node.operands[0] in inner.paired}
+        inner.branches = branches_of(body, body.results[:carried], turned)
+        for place in ordered(body, inner.branches, numbers) if inner.branches else inner._lacking(body.results):
             inner._make(place)
         return inner.lines, [inner.part(place) for place in body.results]
 
