@@ -232,31 +232,30 @@ class ModelPredictive(AbstractController):
             some = ca.if_else(_any(own != v), 1.0, above)
             force = (own - v) / self.sigma
             d = ca.if_else(some, self.S @ (self.B.T @ p + self.E.T @ force), 0.0)
-            before = ca.if_else(some, closed.T @ p + rows.T @ force, 0.0)
+            before = ca.if_else(some, closed.T @ p + rows.T @ force, p)
             return ca.vertcat(before, some), d, v + self.softness * force, acts
 
         first, moves, kept, acts = bounded_loop(self.horizon, back, ca.SX.zeros(nx + 1), zeta, backward=True)
+        some_act = first[nx]
 
         def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
             e, largest = c[:nx], c[nx]
             gap = lqr - ca.if_else(some, rows @ e + self.E @ d, 0.0) - own
-            after = ca.if_else(some, closed @ e + self.B @ d, 0.0)
+            after = ca.if_else(some, closed @ e + self.B @ d, e)
             return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))), gap
 
-        end, gap = bounded_loop(
-            self.horizon, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],)
-        )
+        end, gap = bounded_loop(self.horizon, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(some_act,))
         residual, r = end[nx], self.L.shape[0]
         change, largest = gap, residual
         if r:
             modes = ca.reshape(self._modes_by_stage, nc * r, self.horizon)
-            t = self._quasidefinite(*self._active_sums(gap, acts, modes))
+            t = ca.if_else(some_act, self._quasidefinite(*self._active_sums(gap, acts, modes)), 0.0)
 
-            def without_modes(most: ca.SX, own: ca.SX, W: ca.SX, t: ca.SX) -> tuple[ca.SX, ...]:
-                step = own - ca.reshape(W, nc, r) @ t
+            def without_modes(most: ca.SX, own: ca.SX, W: ca.SX, t: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
+                step = own - ca.if_else(some, ca.reshape(W, nc, r) @ t, 0.0)
                 return ca.fmax(most, ca.mmax(ca.fabs(step) * self._shares)), step
 
-            largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, constants=(t,))
+            largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, constants=(t, some_act))
         scale = ca.fmin(1.0, self.cap / ca.fmax(largest, self.cap))
 
         def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:

@@ -37,6 +37,15 @@ class Branch:
     needs: tuple[int, ...]
     kept: Mapping[int, int]
 
+    def is_direct(self, graph: Graph) -> bool:
+        """True if each kept number can be written before the next one is computed, which does not read it."""
+        entries = set(self.kept.values())
+        read = {
+            place: {_carried_entry(graph, i) for i in graph.before([graph.nodes[place].operands[1]])} & entries
+            for place in self.kept
+        }
+        return all(read[place] <= {entry} for place, entry in self.kept.items())
+
 
 def branches_of(graph: Graph, carried: Sequence[int], fixed: Collection[int] = ()) -> dict[int, Branch]:
     """The branches of the body of a loop by the places of their choices.
@@ -145,14 +154,8 @@ def _carried_entry(graph: Graph, place: int) -> int | None:
 
 
 def _is_safe(graph: Graph, users: Mapping[int, list[int]], branch: Branch) -> bool:
-    """True if carried numbers that are kept may be written at once: nobody reads them behind it."""
-    entries = set(branch.kept.values())
-    for place, entry in branch.kept.items():
-        _, value, old = graph.nodes[place].operands
-        read = {_carried_entry(graph, i) for i in graph.before([value])} & entries
-        if not read <= {entry} or not set(users[old]) <= {*branch.sides[0], place}:
-            return False
-    return True
+    """True if carried numbers that are kept may be written within the branch: nothing reads them elsewhere."""
+    return all(set(users[graph.nodes[i].operands[2]]) <= {*branch.sides[0], i} for i in branch.kept)
 
 
 def _branch(
