@@ -1,4 +1,4 @@
-"""A predictive law on a Cortex-M7: its instructions beside those of TinyMPC on the same states."""
+"""A predictive law on a Cortex-M7: its instructions beside those of TinyMPC and OSQP on the same states."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
+from studies.b4_handover.osqp_code import osqp_lacks, osqp_run
 from studies.b4_handover.predictive_problems import HORIZONS, IDLE, PUSHED, PredictiveProblem, problems
-from studies.b4_handover.tinympc import TinyMpcRun, lacking, tinympc_run
+from studies.b4_handover.solver_program import SolverRun
+from studies.b4_handover.tinympc import tinympc_lacks, tinympc_run
 
 WORK = "predictive"
 PERIODS = 60
@@ -19,21 +21,20 @@ PENALTIES = (0.1, 1.0, 10.0)  # of TinyMPC, of which the one with the fewest ins
 class SolverCount:
     """Instructions of a period in the mean and at most, and the root mean square error of the first move in spans.
 
-    `passes` are the sweeps of a period, or iterations in the mean; `penalty` is that of TinyMPC.
+    `passes` are the sweeps of a period, or iterations in the mean.
     """
 
     mean: float
     most: float
     error: float
     passes: float
-    penalty: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class PredictiveCount:
-    """A law on the Cortex-M7 and TinyMPC beside it, None where it is not here.
+    """A law on the Cortex-M7, and TinyMPC and OSQP beside it; None for what is not here, with the reasons.
 
-    `active` is the share of first moves at a limit; stack, and the state with its arrays, are in bytes.
+    `active` is the share of first moves at a limit; the stack, and the state with its arrays, are in bytes.
     """
 
     active: float
@@ -41,8 +42,9 @@ class PredictiveCount:
     law: SolverCount | None
     stack: int | None
     room: int
-    peer: SolverCount | None
-    reason: str
+    tinympc: SolverCount | None
+    osqp: SolverCount | None
+    reasons: tuple[str, ...]
 
 
 def predictive_work() -> wb.Work:
@@ -61,34 +63,31 @@ def predictive_count(key: str) -> PredictiveCount:
     problem = next(one for one in problems() if one.name == name)
     design = problem.design(int(horizon))
     replay = wb.replay(problem.loop(int(horizon), run), name="law", periods=PERIODS, targets=("cortex-m7",))
-    (result,) = replay.results
+    (result,), own = replay.results, replay.results[0].figures
     states, moves = (np.asarray(part, dtype=float) for part in (replay.recording.y, replay.recording.u))
     exact = np.array([design.exact.first_move(state) for state in states])
-    span = problem.high - problem.low
-    edge = 1e-9 * span
+    edge = 1e-9 * (problem.high - problem.low)
     active = float(np.mean((exact <= problem.low + edge) | (exact >= problem.high - edge)))
-    own, reason = result.figures, result.reason or lacking()
     law = None
     if own.instructions is not None and own.most is not None:
-        law = SolverCount(own.instructions, own.most, _error(moves, exact, span), design.numbers.sweeps)
-    peer = None if reason else _peer_count(problem, design, states, exact)
+        law = SolverCount(own.instructions, own.most, _error(problem, moves, exact), design.numbers.sweeps)
     room = 8 * (replay.code.law.memory.size + replay.code.costs.room)
-    return PredictiveCount(active, result.differing_bits, law, own.stack, room, peer, reason)
+    tinympc = osqp = None
+    if not result.reason and not tinympc_lacks():
+        runs = (tinympc_run(design.problem, problem.low, problem.high, one, states) for one in PENALTIES)
+        tinympc = min((_counted(problem, one, exact) for one in runs), key=lambda count: count.mean)
+    if not result.reason and not osqp_lacks():
+        osqp = _counted(problem, osqp_run(design.problem, problem.low, problem.high, states), exact)
+    reasons = tuple(dict.fromkeys(one for one in (result.reason, tinympc_lacks(), osqp_lacks()) if one))
+    return PredictiveCount(active, result.differing_bits, law, own.stack, room, tinympc, osqp, reasons)
 
 
-def _peer_count(
-    problem: PredictiveProblem, design: wb.planning.PredictiveDesign, states: wb.Array, exact: wb.Array
-) -> SolverCount:
-    """The count of TinyMPC, for the penalty with which it takes the fewest instructions."""
-    span, counts = problem.high - problem.low, list[SolverCount]()
-    for penalty in PENALTIES:
-        run: TinyMpcRun = tinympc_run(design.problem, problem.low, problem.high, penalty, states)
-        means = [float(part.mean()) for part in (run.instructions, run.iterations)]
-        most = float(run.instructions.max())
-        counts.append(SolverCount(means[0], most, _error(run.u, exact, span), means[1], penalty))
-    return min(counts, key=lambda count: count.mean)
+def _counted(problem: PredictiveProblem, run: SolverRun, exact: wb.Array) -> SolverCount:
+    """The count of a run of another solver."""
+    mean, passes = float(run.instructions.mean()), float(run.iterations.mean())
+    return SolverCount(mean, float(run.instructions.max()), _error(problem, run.u, exact), passes)
 
 
-def _error(moves: wb.Array, exact: wb.Array, span: float) -> float:
-    """The root mean square error of moves, in spans."""
-    return float(np.sqrt(np.mean((moves - exact) ** 2)) / span)
+def _error(problem: PredictiveProblem, moves: wb.Array, exact: wb.Array) -> float:
+    """The root mean square error of moves, in spans of their limits."""
+    return float(np.sqrt(np.mean((moves - exact) ** 2)) / (problem.high - problem.low))

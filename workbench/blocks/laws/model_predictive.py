@@ -1,10 +1,9 @@
 from __future__ import annotations
 
-from functools import reduce
-
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.active_rows import active_sums, any_of, solve_small_system
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -222,37 +221,16 @@ class ModelPredictive(AbstractController):
 
     def _sweep(self, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The next zeta (N nc, 1), and the residual of the one that came."""
-        nx, _, nc = self._counts
-        rows, closed = self.F - self.E @ self.K, self.A - self.B @ self.K
-
-        def back(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
-            p, above = c[:nx], c[nx]
-            v = ca.fmin(ca.fmax(own, self.low), self.high)
-            acts = ca.if_else(own == v, 0.0, 1 / self.sigma)
-            some = ca.if_else(_any(own != v), 1.0, above)
-            force = (own - v) / self.sigma
-            d = ca.if_else(some, self.S @ (self.B.T @ p + self.E.T @ force), 0.0)
-            before = ca.if_else(some, closed.T @ p + rows.T @ force, p)
-            return ca.vertcat(before, some), d, v + self.softness * force, acts
-
-        first, moves, kept, acts = bounded_loop(self.horizon, back, ca.SX.zeros(nx + 1), zeta, backward=True)
-        some_act = first[nx]
-
-        def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
-            e, largest = c[:nx], c[nx]
-            gap = lqr - ca.if_else(some, rows @ e + self.E @ d, 0.0) - own
-            after = ca.if_else(some, closed @ e + self.B @ d, e)
-            return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))), gap
-
-        end, gap = bounded_loop(self.horizon, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(some_act,))
-        residual, r = end[nx], self.L.shape[0]
+        r, modes = self.L.shape[0], self._modes_by_stage
+        some_act, moves, bounded, acts = self._back(zeta)
+        gap, residual = self._forth(moves, bounded, answer, some_act)
         change, largest = gap, residual
         if r:
-            modes = ca.reshape(self._modes_by_stage, nc * r, self.horizon)
-            t = ca.if_else(some_act, self._quasidefinite(*self._active_sums(gap, acts, modes)), 0.0)
+            sums = active_sums(gap, acts, modes)
+            t = ca.if_else(some_act, solve_small_system(ca.SX(self.L), sums), 0.0)
 
             def without_modes(most: ca.SX, own: ca.SX, W: ca.SX, t: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
-                step = own - ca.if_else(some, ca.reshape(W, nc, r) @ t, 0.0)
+                step = own - ca.if_else(some, ca.reshape(W, own.numel(), r) @ t, 0.0)
                 return ca.fmax(most, ca.mmax(ca.fabs(step) * self._shares)), step
 
             largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, constants=(t, some_act))
@@ -264,22 +242,39 @@ class ModelPredictive(AbstractController):
         _, following = bounded_loop(self.horizon, take, ca.SX(0, 1), zeta, change, constants=(scale,))
         return ca.vec(following), residual
 
-    def _active_sums(self, gap: ca.SX, acts: ca.SX, modes: ca.SX) -> tuple[list[tuple[int, int]], ca.SX]:
-        """W' diag W of the active rows by the places of its entries, and behind them W' diag gap.
+    def _back(self, zeta: ca.SX) -> tuple[ca.SX, ...]:
+        """1 if a row acts, else 0; the moves d, the bounded rows v, and 1 / sigma of rows that act, by stage.
 
-        A stage without an active row leaves the sums as they are.
+        Behind the last stage at which a row acts, p and d are zero: no machine needs to compute them.
         """
-        nc, r = self._counts[2], self.L.shape[0]
-        places = [(i, j) for j in range(r) for i in range(j, r)]
+        nx, rows, closed = self._counts[0], self.F - self.E @ self.K, self.A - self.B @ self.K
 
-        def add(sums: ca.SX, own: ca.SX, active: ca.SX, W: ca.SX) -> tuple[ca.SX, ...]:
-            W = ca.reshape(W, nc, r)
-            weighted = W * ca.repmat(active, 1, r)
-            terms = [ca.dot(weighted[:, i], W[:, j]) for i, j in places] + [weighted[:, i].T @ own for i in range(r)]
-            return (ca.if_else(_any(active != 0.0), sums + ca.vertcat(*terms), sums),)
+        def back(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
+            p, above = c[:nx], c[nx]
+            v = ca.fmin(ca.fmax(own, self.low), self.high)
+            acts = ca.if_else(own == v, 0.0, 1 / self.sigma)
+            some = ca.if_else(any_of(own != v), 1.0, above)
+            force = (own - v) / self.sigma
+            d = ca.if_else(some, self.S @ (self.B.T @ p + self.E.T @ force), 0.0)
+            before = ca.if_else(some, closed.T @ p + rows.T @ force, p)
+            return ca.vertcat(before, some), d, v + self.softness * force, acts
 
-        (sums,) = bounded_loop(self.horizon, add, ca.SX.zeros(len(places) + r), gap, acts, modes)
-        return places, sums
+        first, *by_stage = bounded_loop(self.horizon, back, ca.SX.zeros(nx + 1), zeta, backward=True)
+        return first[nx], *by_stage
+
+    def _forth(self, moves: ca.SX, bounded: ca.SX, answer: ca.SX, some_act: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """The gap of each row, (nc, N), and the largest one as a share of the distance between its limits."""
+        nx, rows, closed = self._counts[0], self.F - self.E @ self.K, self.A - self.B @ self.K
+
+        def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
+            e, largest = c[:nx], c[nx]
+            gap = lqr - ca.if_else(some, rows @ e + self.E @ d, 0.0) - own
+            after = ca.if_else(some, closed @ e + self.B @ d, e)
+            return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))), gap
+
+        start = ca.SX.zeros(nx + 1)
+        end, gap = bounded_loop(self.horizon, forth, start, moves, bounded, answer, constants=(some_act,))
+        return gap, end[nx]
 
     @property
     def _shares(self) -> ca.SX:
@@ -291,26 +286,3 @@ class ModelPredictive(AbstractController):
         """W with the numbers of a stage in a column, (nc r, N)."""
         nc, W = self._counts[2], ca.SX(self.W)
         return ca.horzcat(*(ca.vec(W[k * nc : (k + 1) * nc, :]) for k in range(self.horizon)))
-
-    def _quasidefinite(self, places: list[tuple[int, int]], sums: ca.SX) -> ca.SX:
-        """t (r, 1) of (L^-1 + W' diag W) t = W' diag gap, by factors L D L' without pivots."""
-        r = self.L.shape[0]
-        G = {place: sums[i] for i, place in enumerate(places)}
-        t = [sums[len(places) + i] for i in range(r)]
-        for i in range(r):
-            G[i, i] += 1 / self.L[i]
-        for j in range(r):
-            column = {i: G[i, j] / G[j, j] for i in range(j + 1, r)}
-            for i in range(j + 1, r):
-                for k in range(j + 1, i + 1):
-                    G[i, k] -= column[i] * G[k, j]
-                t[i] -= column[i] * t[j]
-            G.update({(i, j): value for i, value in column.items()})
-        for j in reversed(range(r)):
-            t[j] = t[j] / G[j, j] - sum((G[i, j] * t[i] for i in range(j + 1, r)), ca.SX(0.0))
-        return ca.vertcat(*t)
-
-
-def _any(truths: ca.SX) -> ca.SX:
-    """True if one of the truths (n, 1) holds."""
-    return reduce(ca.logic_or, ca.vertsplit(truths))

@@ -22,7 +22,7 @@ from workbench.engine.machines.c_spelling import (
     truth_of_number,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
-from workbench.handover.c99.c_branches import Branch, branch_lines, branches_of, ordered
+from workbench.handover.c99.c_branches import Branch, branch_lines, branches_of, evaluation_order
 from workbench.handover.c99.c_loop_writer import AbstractLoopWriter
 from workbench.handover.c99.c_loops import OF_ARRAYS, LoopNames, LoopText, PartText, item_text
 from workbench.handover.c99.c_scope import Scope
@@ -163,7 +163,7 @@ class _Writer(AbstractLoopWriter):
     def _make_branch(self, branch: Branch) -> None:
         """The lines of a branch, and its choices as variables or as carried numbers."""
         array = next((self.scope.sources[i].text for i, node in enumerate(self.nodes) if node.op == "carried"), "")
-        names = {place: f"{array}[{entry}]" for place, entry in branch.kept.items()}
+        names = {place: f"{array}[{entry}]" for place, entry in branch.kept_numbers.items()}
         own = {place: self._new() for place in branch.choices if place not in names}
         lines, sides = self.lines, list[list[str]]()
         for side, places in enumerate(branch.sides):
@@ -242,14 +242,16 @@ class _Writer(AbstractLoopWriter):
         """A new variable with a value."""
         return self._variable(self.scope.real.type, self._new(), text)
 
-    def inside(self, body: Graph, carried: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+    def inside(self, body: Graph, carry_size: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
         """The lines of a pass of a body, and its results, of which the first are the next carried values."""
         numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
         scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=(), arrays={})
         inner = _Writer(scope, self)
         turned = {i for i, node in enumerate(body.nodes) if node.op in MEMBERS and node.operands[0] in inner.paired}
-        inner.branches = branches_of(body, body.results[:carried], turned)
-        for place in ordered(body, inner.branches, numbers) if inner.branches else inner._lacking(body.results):
+        inner.branches = branches_of(body, body.results[:carry_size], turned)
+        for place in (
+            evaluation_order(body, inner.branches, numbers) if inner.branches else inner._lacking(body.results)
+        ):
             inner._make(place)
         return inner.lines, [inner.part(place) for place in body.results]
 

@@ -27,7 +27,7 @@ class Branch:
         The places that only their first values need, and those that only their second values need, in order.
     needs
         The places from outside that the choices and both sides need.
-    kept
+    kept_numbers
         The choices whose second value is a carried number, which so stays as it is: the entries of these numbers.
     """
 
@@ -35,26 +35,26 @@ class Branch:
     condition: int
     sides: tuple[tuple[int, ...], tuple[int, ...]]
     needs: tuple[int, ...]
-    kept: Mapping[int, int]
+    kept_numbers: Mapping[int, int]
 
     def is_direct(self, graph: Graph) -> bool:
         """True if each kept number can be written before the next one is computed, which does not read it."""
-        entries = set(self.kept.values())
+        entries = set(self.kept_numbers.values())
         read = {
             place: {_carried_entry(graph, i) for i in graph.before([graph.nodes[place].operands[1]])} & entries
-            for place in self.kept
+            for place in self.kept_numbers
         }
-        return all(read[place] <= {entry} for place, entry in self.kept.items())
+        return all(read[place] <= {entry} for place, entry in self.kept_numbers.items())
 
 
-def branches_of(graph: Graph, carried: Sequence[int], fixed: Collection[int] = ()) -> dict[int, Branch]:
+def branches_of(graph: Graph, ends: Sequence[int], outer_places: Collection[int] = ()) -> dict[int, Branch]:
     """The branches of the body of a loop by the places of their choices.
 
     Parameters
     ----------
-    carried
+    ends
         The places of the next carried numbers, where all of them are numbers.
-    fixed
+    outer_places
         Places that no side has.
     """
     users = _users(graph)
@@ -62,9 +62,9 @@ def branches_of(graph: Graph, carried: Sequence[int], fixed: Collection[int] = (
     for choices in _groups(graph):
         if not taken.isdisjoint(choices):
             continue
-        outside = {*fixed, *branches, *taken}
-        kept = _kept(graph, users, choices, carried)
-        branch = _branch(graph, users, choices, outside, kept)
+        outside = {*outer_places, *branches, *taken}
+        numbers = _kept_numbers(graph, users, choices, ends)
+        branch = _branch(graph, users, choices, outside, numbers)
         if not _is_safe(graph, users, branch):
             branch = _branch(graph, users, choices, outside, {})
         inside = {place for side in branch.sides for place in side}
@@ -74,9 +74,9 @@ def branches_of(graph: Graph, carried: Sequence[int], fixed: Collection[int] = (
     return branches
 
 
-def ordered(graph: Graph, branches: Mapping[int, Branch], made: Collection[int]) -> list[int]:
-    """All places behind what they need, of a branch its first choice alone; not those that are made."""
-    order, done = list[int](), set(made)
+def evaluation_order(graph: Graph, branches: Mapping[int, Branch], available: Collection[int]) -> list[int]:
+    """All places behind what they need, of a branch its first choice alone; not those in `available`."""
+    order, done = list[int](), set(available)
     stack = [(place, False) for place in sorted(set(graph.results), reverse=True)]
     while stack:
         place, is_ready = stack.pop()
@@ -133,13 +133,13 @@ def _groups(graph: Graph) -> list[list[int]]:
     return sorted(groups, key=len, reverse=True)
 
 
-def _kept(
-    graph: Graph, users: Mapping[int, list[int]], choices: Sequence[int], carried: Sequence[int]
+def _kept_numbers(
+    graph: Graph, users: Mapping[int, list[int]], choices: Sequence[int], ends: Sequence[int]
 ) -> dict[int, int]:
     """The choices that are next carried numbers and nothing else, with the same carried number as second value."""
     return {
         place: entry
-        for entry, place in enumerate(carried)
+        for entry, place in enumerate(ends)
         if place in choices
         and graph.results.count(place) == 1
         and not users[place]
@@ -155,7 +155,7 @@ def _carried_entry(graph: Graph, place: int) -> int | None:
 
 def _is_safe(graph: Graph, users: Mapping[int, list[int]], branch: Branch) -> bool:
     """True if carried numbers that are kept may be written within the branch: nothing reads them elsewhere."""
-    return all(set(users[graph.nodes[i].operands[2]]) <= {*branch.sides[0], i} for i in branch.kept)
+    return all(set(users[graph.nodes[i].operands[2]]) <= {*branch.sides[0], i} for i in branch.kept_numbers)
 
 
 def _branch(
@@ -163,15 +163,15 @@ def _branch(
     users: Mapping[int, list[int]],
     choices: Sequence[int],
     outside: Collection[int],
-    kept: Mapping[int, int],
+    numbers: Mapping[int, int],
 ) -> Branch:
     """The branch of some choices."""
-    first, second = (tuple(_side(graph, users, choices, side, outside, kept)) for side in (0, 1))
-    inside, olds = {*first, *second}, {graph.nodes[place].operands[2] for place in kept}
+    first, second = (tuple(_side(graph, users, choices, side, outside, numbers)) for side in (0, 1))
+    inside, olds = {*first, *second}, {graph.nodes[place].operands[2] for place in numbers}
     operands = [i for place in (*choices, *first, *second) for i in graph.nodes[place].operands if i not in inside]
     used = {i for place in first for i in graph.nodes[place].operands}
     needs = tuple(dict.fromkeys(i for i in operands if i not in olds or i in used))
-    return Branch(tuple(choices), graph.nodes[choices[0]].operands[0], (first, second), needs, kept)
+    return Branch(tuple(choices), graph.nodes[choices[0]].operands[0], (first, second), needs, numbers)
 
 
 def _side(
@@ -180,7 +180,7 @@ def _side(
     choices: Sequence[int],
     side: int,
     outside: Collection[int],
-    kept: Mapping[int, int],
+    numbers: Mapping[int, int],
 ) -> Iterable[int]:
     """The places that only one side of some choices needs, in order."""
     ends, own = set(graph.results), set[int]()
@@ -188,10 +188,10 @@ def _side(
     def is_inside(user: int, place: int) -> bool:
         operands = graph.nodes[user].operands
         uses = [i for i, operand in enumerate(operands) if operand == place]
-        is_value = user in choices and (uses == [1 + side] or (side == 0 and user in kept and uses == [2]))
+        is_value = user in choices and (uses == [1 + side] or (side == 0 and user in numbers and uses == [2]))
         return user in own or is_value
 
-    roots = [graph.nodes[place].operands[1 + side] for place in choices if side == 0 or place not in kept]
+    roots = [graph.nodes[place].operands[1 + side] for place in choices if side == 0 or place not in numbers]
     for place in reversed(graph.before(roots)):
         node = graph.nodes[place]
         is_made_outside = place in outside or place in ends or node.op in OF_ARRAYS or length(node)

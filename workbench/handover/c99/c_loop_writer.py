@@ -42,7 +42,7 @@ class AbstractLoopWriter(ABC):
         """A new variable with a value."""
 
     @abstractmethod
-    def inside(self, body: Graph, carried: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+    def inside(self, body: Graph, carry_size: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
         """The lines of a pass of a body, and its results, of which the first are the next carried values."""
 
     def array(self, place: int, node: Node) -> str:
@@ -81,9 +81,9 @@ class AbstractLoopWriter(ABC):
                 text = carry if op == "carried" else own[entry] if op == "row" else shared[entry].text
                 return Text(text, Tightness.ATOM, plain=True)
 
-            carried = loop.parts[0] if loop.parts[0] == loop.carry_size else 0  # none where arrays are among them
+            single = loop.parts[0] if loop.parts[0] == loop.carry_size else 0  # none where arrays are among them
             outside = [(i, one) for i, one in enumerate(loop.body.nodes) if not one.operands and one.op != "const"]
-            return self.inside(loop.body, carried, {i: source(one.op, one.entry) for i, one in outside})
+            return self.inside(loop.body, single, {i: source(one.op, one.entry) for i, one in outside})
 
         scope = self.scope.real.type, self.scope.room
         text = loop_lines(scope, self.loop_names, loop, parts[:first], rows, one_pass)
