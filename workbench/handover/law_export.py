@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
@@ -155,8 +155,8 @@ def export(
     Raises
     ------
     ValueError
-        If the law has no such form (a law with limits is not linear), a file is already there that no export wrote, or
-        that was edited since, or the replay is of another law or precision.
+        If the law has no such form, a file is there that no export wrote or that was edited since, or the replay is of
+        another law or precision.
 
     Examples
     --------
@@ -169,21 +169,26 @@ def export(
     if isinstance(law, SampledSystem) and options.get("precision") == "single":
         options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
     alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, SampledSystem) else law, SampledLaw)
-    writer = FORMS[known_name(form, FORMS, "forms of a law")]
-    for option in options:
-        if known_name(option, OPTIONS, "options of an export") not in FORM_OPTIONS.get(form, OPTIONS):
-            raise ValueError(f"`export(form='{form}')` takes no `{option}`: only the forms with C have this option.")
+    _refuse_options(known_name(form, FORMS, "forms of a law"), options)
     chosen = prefix_of(member(alone.name) if name is None else name)
-    counts = () if replay is None else _counts(replay, alone, options.get("precision", "double"))
-    files = writer(ExportRequest(alone, chosen, options, interfaces, counts))
+    files = FORMS[form](ExportRequest(alone, chosen, options, interfaces, _counts(replay, alone, options)))
     target = write_files(chosen if folder is None else folder, files, overwrite)
     return [target / path for path in files]
 
 
-def _counts(replay: Replay, law: SampledLaw, precision: str) -> tuple[str, ...]:
+def _refuse_options(form: str, options: Iterable[str]) -> None:
+    """Refuse options that a form does not have."""
+    for option in options:
+        if known_name(option, OPTIONS, "options of an export") not in FORM_OPTIONS.get(form, OPTIONS):
+            raise ValueError(f"`export(form='{form}')` takes no `{option}`: only the forms with C have this option.")
+
+
+def _counts(replay: Replay | None, law: SampledLaw, options: COptions) -> tuple[str, ...]:
     """The counts of a replay in sentences; one of another law is refused."""
+    if replay is None:
+        return ()
     own: Replay = require("export(replay=...)", replay, Replay)
-    replayed = own.code.request
+    replayed, precision = own.code.request, options.get("precision", "double")
     if (replayed.law.fingerprint, replayed.precision) != (law.fingerprint, precision):
         raise ValueError(
             f"`export(replay=...)` must be a replay of the exported law in {precision} precision, as its counts are "
