@@ -43,6 +43,7 @@ from workbench.blocks.observers import (
     ExtendedKalmanFilter,
     FullState,
     LinearObserver,
+    OffsetFreeObserver,
     SteadyKalmanFilter,
     UnscentedKalmanFilter,
 )
@@ -244,6 +245,7 @@ __all__ = [
     "Observer",
     "Ode",
     "OdePlant",
+    "OffsetFreeObserver",
     "PID",
     "PadeDelay",
     "Page",
