@@ -28,7 +28,7 @@ class DrivenPlant(wb.Plant):
     @property
     def inputs(self) -> wb.Layout:
         """The inputs u."""
-        count = np.shape(self.B)[1]
+        count = self.B.shape[1]
         return wb.Layout((wb.core.Entry("u", np.zeros(count) if count > 1 else np.zeros(()), "1"),))
 
     @property
