@@ -23,6 +23,7 @@ from studies.b4_handover.machine_tables import machines_section
 from studies.b4_handover.machines import M4F, differing_laws, fit_of, machine_findings
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, Loss, margins, quiet_periods, scans
 from studies.b4_handover.missed_periods import clock_finding, far_off, shared_table
+from studies.b4_handover.predictive_tables import predictive_section
 from studies.paper.card import PROPOSED_LAW
 from studies.paper.quiet_periods import QUIET, ends
 
@@ -43,6 +44,7 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Chattering over the period, from two starts", (periods_figure(results),)),
             periods_section(results),
             machines_section(results),
+            predictive_section(results),
             losses_section(results),
             margins_section(results),
             handed_section(),

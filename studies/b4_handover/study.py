@@ -10,6 +10,7 @@ from studies.b4_handover.margins import scan_works, sweeps
 from studies.b4_handover.missed_periods import shared_sweeps
 from studies.b4_handover.operations import operations_work
 from studies.b4_handover.pages import sections
+from studies.b4_handover.predictive_laws import predictive_work
 from studies.paper.citation import introduction
 
 study = wb.Study(
@@ -29,7 +30,7 @@ study = wb.Study(
         "one. For the laws of the paper's arm, the near start is on the reference and the far start is the paper's."
     ),
     sweeps=(*sweeps(), *shared_sweeps()),
-    works=(*replay_works(), *scan_works(), operations_work()),
+    works=(*replay_works(), *scan_works(), operations_work(), predictive_work()),
     sections=sections,
     seed=SEED,
     live=None,

@@ -6,7 +6,8 @@ from workbench.engine.kernel.graph import Graph, Node
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, Tightness, with_role
-from workbench.handover.c99.c_assignments import CCall, Demand, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import CCall, Demand, ValueForm, assignments
+from workbench.handover.c99.c_scope import Scope
 
 X = [Node("x", entry=i) for i in range(3)]
 SOURCES = {i: Text("xyz"[i], Tightness.ATOM, plain=True) for i in range(3)}

@@ -54,6 +54,7 @@ PEERS = {
     "studies/d1_benchmarks/linear_systems.py": {"control"},
     "studies/b0_robots/sympy_chain.py": {"sympy"},
     "studies/b0_robots/mujoco_arm.py": {"mujoco"},
+    "studies/b4_handover/osqp_code.py": {"osqp"},
 }
 OF_ANOTHER_STUDY = "`{}` is of another study; what two share is the workbench's, or the paper's in studies/paper."
 POOLS = {"asyncio", "concurrent", "joblib", "multiprocessing", "threading"}  # what a study declares as `works` instead

@@ -16,5 +16,6 @@ _FILES = {
     "replays": "CLOCKS PeriodShare TargetResult compare fits",
     "single.single_precision_loop": "in_single_precision",
     "targets": "TARGETS",
+    "targets.cortex_m": "CORTEX_M7",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

@@ -28,8 +28,9 @@ from workbench.engine.machines.operations import Tightness
 from workbench.engine.machines.python_elementary_functions import PYTHON_FUNCTIONS
 from workbench.engine.machines.python_elementary_functions import definitions as definitions_in_python
 from workbench.engine.machines.python_spelling import HELPERS
-from workbench.handover.c99.c_assignments import ROOM, Assignments, Demand, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import Assignments, Demand, ValueForm, assignments
 from workbench.handover.c99.c_names import Variables, prefix_of
+from workbench.handover.c99.c_scope import ROOM, Scope
 from workbench.handover.c99.c_source import guards
 from workbench.handover.law_graph import StepGraph, graph_of_law
 from workbench.handover.programs.casadi_law import CASADI

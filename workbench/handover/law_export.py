@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
@@ -13,6 +13,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.handover.c99.c_files import CCode, COptions, c_code
 from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
+from workbench.handover.replays import Replay
 from workbench.handover.targets.binary_size import measured_stack
 
 SUBSTEPS, STATES = 4, 10_000  # of the plant in a period; random states of which a bound is stated
@@ -28,12 +29,13 @@ class ExportRequest:
     name: str
     options: COptions
     interfaces: Mapping[str, str | Sequence[str]] | None
+    counts: tuple[str, ...] = ()
 
     @property
     def code(self) -> CCode:
-        """The law in C, its stack measured where GCC is."""
+        """The law in C, its stack measured where GCC is, with the counts of a replay."""
         code = c_code(self.law, self.name, **self.options)
-        return code.with_stack(measured_stack(code))
+        return code.with_costs(measured_stack(code), self.counts)
 
 
 def _c(order: ExportRequest) -> Files:
@@ -122,6 +124,7 @@ def export(
     name: str | None = None,
     interfaces: Mapping[str, str | Sequence[str]] | None = None,
     overwrite: bool = False,
+    replay: Replay | None = None,
     **options: Unpack[COptions],
 ) -> list[Path]:
     """Write a law to a folder in a form for another machine, and return the paths of the files.
@@ -143,6 +146,8 @@ def export(
         For "ros2": by signal, the hardware interface of each of its numbers.
     overwrite
         True to replace files that no export has written, or that were edited since.
+    replay
+        A replay of this law, whose counts of instructions and stacks then stand at the head of the C.
     options
         Options of C and of the forms around it, see `c_code`: precision, parameters, safe, sqrt, fma, warnings,
         command.
@@ -150,8 +155,8 @@ def export(
     Raises
     ------
     ValueError
-        If the law has no such form (a law with limits is not linear), or a file is already there that no export
-        wrote, or that was edited since.
+        If the law has no such form, a file is there that no export wrote or that was edited since, or the replay is of
+        another law or precision.
 
     Examples
     --------
@@ -164,14 +169,33 @@ def export(
     if isinstance(law, SampledSystem) and options.get("precision") == "single":
         options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
     alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, SampledSystem) else law, SampledLaw)
-    writer = FORMS[known_name(form, FORMS, "forms of a law")]
+    _refuse_options(known_name(form, FORMS, "forms of a law"), options)
+    chosen = prefix_of(member(alone.name) if name is None else name)
+    files = FORMS[form](ExportRequest(alone, chosen, options, interfaces, _counts(replay, alone, options)))
+    target = write_files(chosen if folder is None else folder, files, overwrite)
+    return [target / path for path in files]
+
+
+def _refuse_options(form: str, options: Iterable[str]) -> None:
+    """Refuse options that a form does not have."""
     for option in options:
         if known_name(option, OPTIONS, "options of an export") not in FORM_OPTIONS.get(form, OPTIONS):
             raise ValueError(f"`export(form='{form}')` takes no `{option}`: only the forms with C have this option.")
-    chosen = prefix_of(member(alone.name) if name is None else name)
-    files = writer(ExportRequest(alone, chosen, options, interfaces))
-    target = write_files(chosen if folder is None else folder, files, overwrite)
-    return [target / path for path in files]
+
+
+def _counts(replay: Replay | None, law: SampledLaw, options: COptions) -> tuple[str, ...]:
+    """The counts of a replay in sentences; one of another law is refused."""
+    if replay is None:
+        return ()
+    own: Replay = require("export(replay=...)", replay, Replay)
+    replayed, precision = own.code.request, options.get("precision", "double")
+    if (replayed.law.fingerprint, replayed.precision) != (law.fingerprint, precision):
+        raise ValueError(
+            f"`export(replay=...)` must be a replay of the exported law in {precision} precision, as its counts are "
+            f"printed with it; got one of '{replayed.law.name}' in {replayed.precision} precision, with other "
+            "equations or numbers. Replay the same loop."
+        )
+    return own.counts
 
 
 @check_arguments

@@ -35,6 +35,11 @@ class Replay:
         ran = [result for result in self.results if result.ran]
         return bool(ran) and all(result.equal for result in ran)
 
+    @property
+    def counts(self) -> tuple[str, ...]:
+        """A sentence for each target that counted instructions: of a period in the mean and at most, and the stack."""
+        return tuple(_count_words(result) for result in self.results if result.figures.instructions)
+
     HEADS = ("target", "periods", "bits", "differing", "memories", "instructions", "most", "stack", "code", "data")
 
     def __str__(self) -> str:
@@ -72,6 +77,14 @@ class Replay:
             "memories: number of periods whose memory differs; most: the longest period; stack, code and data in bytes"
         )
         return "\n".join(lines)
+
+
+def _count_words(result: TargetResult) -> str:
+    """The count of instructions of a target in a sentence."""
+    own = result.figures
+    most = f", {own.most:,} at most" if own.most else ""
+    stack = f"; stack of a call: {own.stack:,} bytes" if own.stack else ""
+    return f"Instructions of a period on {result.target}: {own.instructions or 0.0:,.0f} in the mean{most}{stack}."
 
 
 def _cells(row: Mapping[str, Cell], heads: Sequence[str]) -> tuple[str, ...]:

@@ -64,7 +64,7 @@ def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, 
         some = ca.if_else(_any(own != v), 1.0, above)
         force = (own - v) / law.sigma
         d = ca.if_else(some, law.S @ (law.B.T @ p + law.E.T @ force), 0.0)
-        before = ca.if_else(some, closed.T @ p + rows.T @ force, 0.0)
+        before = ca.if_else(some, closed.T @ p + rows.T @ force, p)
         return ca.vertcat(before, some), d, v + law.softness * force, acts
 
     first, moves, kept, acts = bounded_loop(N, back, ca.SX.zeros(nx + 1), zeta, backward=True)
@@ -72,20 +72,22 @@ def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, 
     def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
         e, largest = c[:nx], c[nx]
         gap = lqr - ca.if_else(some, rows @ e + law.E @ d, 0.0) - own
-        after = ca.if_else(some, closed @ e + law.B @ d, 0.0)
+        after = ca.if_else(some, closed @ e + law.B @ d, e)
         return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * shares))), gap
 
     end, gap = bounded_loop(N, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],))
     modes = (_by_stage(law.W, N),) if r else ()
-    t = (_solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)),) if r else ()
+    t = (ca.if_else(first[nx], _solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)), 0.0),) if r else ()
 
     def without_modes(most: ca.SX, own: ca.SX, step: ca.SX, *modes: ca.SX) -> tuple[ca.SX, ...]:
-        step = step - ca.reshape(modes[0], nc, r) @ modes[1] if r else step
+        step = step - ca.if_else(modes[2], ca.reshape(modes[0], nc, r) @ modes[1], 0.0) if r else step
         above = ca.if_else(own <= law.high, ca.fmax(own + step - law.high, 0.0), 0.0)  # it was not above before
         below = ca.if_else(own >= law.low, ca.fmax(law.low - own - step, 0.0), 0.0)
         return ca.fmax(most, ca.mmax(ca.fmax(above, below) * shares)), step
 
-    beyond, change = bounded_loop(N, without_modes, ca.SX(0.0), zeta, gap, *modes, constants=t)
+    beyond, change = bounded_loop(
+        N, without_modes, ca.SX(0.0), zeta, gap, *modes, constants=(*t, first[nx]) if r else ()
+    )
     scale = ca.fmin(1.0, law.cap / ca.fmax(beyond, law.cap))
 
     def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:

@@ -40,8 +40,10 @@ def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
     """A loop from the nodes of its body as they are read, and the places of the next carried values and of the rows."""
     sizes = (loop.carry_size, *loop.result_sizes)
     parts = [_parts(nodes, own, hazard=CARRIED) for own in _split(results, sizes)]
+    needed = Graph(tuple(nodes.nodes), ()).before(i for part in parts for i in part)
     moving = set[int]()
-    for place, node in enumerate(nodes.nodes):
+    for place in needed:
+        node = nodes[place]
         if node.op in (CARRIED, ROW) or not moving.isdisjoint(node.operands):
             moving.add(place)
     before, earlier, captured = list[Node](), dict[int, int](), dict[int, int]()
@@ -58,7 +60,8 @@ def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
             body.append(node)
         return new[place]
 
-    for place, node in enumerate(nodes.nodes):
+    for place in needed:
+        node = nodes[place]
         if place not in moving:
             earlier[place] = len(before)
             before.append(node._replace(operands=tuple([earlier[i] for i in node.operands])))

@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from workbench.core.sampled_law import Stage
-from workbench.handover.c99.c_assignments import ROOM, CCall, Demand, DemandCode, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import CCall, Demand, DemandCode, ValueForm, assignments
 from workbench.handover.c99.c_equations import opening, printed_equation
 from workbench.handover.c99.c_header import block, prototype
 from workbench.handover.c99.c_names import comment, places_of
 from workbench.handover.c99.c_request import Request
+from workbench.handover.c99.c_scope import ROOM, Scope
 from workbench.handover.c99.c_variables import LawVariables
 from workbench.handover.law_graph import StepGraph, behind_limits
 
@@ -70,6 +71,7 @@ def _scope(request: Request, graph: StepGraph, variables: LawVariables) -> Scope
         request.fused_products,
         frozenset((*graph.parameter_nodes, *graph.instant_nodes)) if request.precision == "single" else frozenset(),
         f"state->{ROOM}",
+        variables.arrays,
     )
 
 

@@ -7,7 +7,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from workbench.engine.kernel.graph import Graph
@@ -22,54 +22,13 @@ from workbench.engine.machines.c_spelling import (
     truth_of_number,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
+from workbench.handover.c99.c_branches import Branch, branch_lines, branches_of, evaluation_order
 from workbench.handover.c99.c_loop_writer import AbstractLoopWriter
 from workbench.handover.c99.c_loops import OF_ARRAYS, LoopNames, LoopText, PartText, item_text
+from workbench.handover.c99.c_scope import Scope
 
 WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
-ROOM = "loop_room"  # the array for the arrays of loops
 MEMBERS = {"sin": "sine", "cos": "cosine"}  # of the pair that one call gives for one angle
-
-
-@dataclass(frozen=True, eq=False)
-class Scope:
-    """A graph, and what the expressions of a function in C stand for.
-
-    Attributes
-    ----------
-    real
-        The format of values that are not among `doubles`.
-    numbers
-        The values of the nodes that are numbers.
-    sources
-        The texts of the other nodes that have no operands, as an entry of a state.
-    names
-        The variables of some nodes.
-    fused_products
-        True if products are rounded together with sums.
-    doubles
-        The nodes that are made in doubles whatever the format.
-    room
-        The array of the format in which the arrays of loops have their places.
-    """
-
-    graph: Graph
-    prefix: str
-    real: Real
-    numbers: Mapping[int, float]
-    sources: Mapping[int, Text]
-    names: Mapping[int, str] = field(default_factory=dict)
-    fused_products: bool = False
-    doubles: Collection[int] = frozenset()
-    room: str = ROOM
-
-    def format_of(self, place: int) -> Real:
-        """The format in which a value is made."""
-        return DOUBLE if place in self.doubles else self.real
-
-    def is_truth(self, place: int) -> bool:
-        """True if a value has the type bool; one with a name is a number, 1 or 0."""
-        named = place in self.names or place in self.numbers
-        return not named and gives_truth(self.graph.nodes[place].op)
 
 
 class ValueForm(enum.Enum):
@@ -157,6 +116,7 @@ class _Writer(AbstractLoopWriter):
         self.fresh_turns: Iterator[int] = around.fresh_turns if around else itertools.count(1)
         self.loop_names: LoopNames = around.loop_names if around else LoopNames()
         self.loops: dict[int, LoopText] = {}
+        self.branches: dict[int, Branch] = {}
 
     def answer(self, demand: Demand) -> DemandCode:
         self.lines = []
@@ -182,11 +142,15 @@ class _Writer(AbstractLoopWriter):
 
     def _make(self, place: int) -> None:
         node = self.nodes[place]
+        if place in self.branches:
+            self._make_branch(self.branches[place])
+            return
         if not node.operands:
             self.texts[place] = self.scope.sources[place]
             return
         if node.op in OF_ARRAYS:
-            self.texts[place] = Text(self.array(place, node), Tightness.ATOM, plain=True)
+            array = self.scope.arrays.get(place) or self.array(place, node)
+            self.texts[place] = Text(array, Tightness.ATOM, plain=True)
             return
         text = self._composed(place)
         while len(text.text) > WIDTH and (longest := self._longest_operand(place)) is not None:
@@ -195,6 +159,27 @@ class _Writer(AbstractLoopWriter):
         self.texts[place] = text
         if place in self.scope.names or self.uses[place] > 1:
             self._assign(place)
+
+    def _make_branch(self, branch: Branch) -> None:
+        """The lines of a branch, and its choices as variables or as carried numbers."""
+        array = next((self.scope.sources[i].text for i, node in enumerate(self.nodes) if node.op == "carried"), "")
+        names = {place: f"{array}[{entry}]" for place, entry in branch.kept_numbers.items()}
+        own = {place: self._new() for place in branch.choices if place not in names}
+        lines, sides = self.lines, list[list[str]]()
+        for side, places in enumerate(branch.sides):
+            self.lines = []
+            for place in places:
+                self._make(place)
+            values = {i: self.number(self.nodes[i].operands[1 + side]) for i in (*own, *(names if side == 0 else ()))}
+            self.lines += [f"{name} = {values[place].text};" for place, name in own.items()]
+            if side == 0 and not branch.is_direct(self.scope.graph):
+                values |= {i: self.variable(values[i]) for i in names if not values[i].plain}
+            self.lines += [f"{name} = {values[place].text};" for place, name in names.items() if side == 0]
+            sides.append(self.lines)
+        self.lines, names = lines, names | own
+        condition = self._truth(branch.condition, self.scope.real).text
+        self.lines += branch_lines(self.scope.real.type, own.values(), condition, sides)
+        self.texts |= {place: Text(name, Tightness.ATOM, plain=True) for place, name in names.items()}
 
     def _longest_operand(self, place: int) -> int | None:
         """The operand with the longest text that has no variable yet."""
@@ -257,12 +242,16 @@ class _Writer(AbstractLoopWriter):
         """A new variable with a value."""
         return self._variable(self.scope.real.type, self._new(), text)
 
-    def inside(self, body: Graph, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
-        """The lines of a pass of a body, and its results."""
+    def inside(self, body: Graph, carry_size: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+        """The lines of a pass of a body, and its results, of which the first are the next carried values."""
         numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
-        scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=())
+        scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=(), arrays={})
         inner = _Writer(scope, self)
-        for place in inner._lacking(body.results):
+        turned = {i for i, node in enumerate(body.nodes) if node.op in MEMBERS and node.operands[0] in inner.paired}
+        inner.branches = branches_of(body, body.results[:carry_size], turned)
+        for place in (
+            evaluation_order(body, inner.branches, numbers) if inner.branches else inner._lacking(body.results)
+        ):
             inner._make(place)
         return inner.lines, [inner.part(place) for place in body.results]
 

@@ -20,6 +20,7 @@ PLURALS = {  # of the kinds of operations, in the order of the sentence
 }
 FUNCTION = re.compile(r"^(?:static )?[\w ]+?\b(\w+)\(([^;{]*?)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 ARRAY = re.compile(r"^ +(?:double|float) \w+\[(\d+)\];", re.MULTILINE)
+TABLE = re.compile(r"^ +static const (?:double|float) \w+\[(\d+)\]", re.MULTILINE)
 VARIABLE = re.compile(r"^ +(?:for \()?(?:const )?(?:\w+|union \{[^}]*\}) (?:\*const )?(?:\w+)(?: =|;)", re.MULTILINE)
 FRAME = 96  # bytes of a frame beside its variables: what is saved of registers, the address to return to, alignment
 
@@ -27,12 +28,13 @@ FRAME = 96  # bytes of a frame beside its variables: what is saved of registers,
 class CallCost(NamedTuple):
     """The sentence on the operations of a call, and the bytes of stack that it takes at most, as counted.
 
-    `room` is the length of the array in the state for the arrays of loops.
+    `room` is the length of the array in the state for the arrays of loops, and `constants` that of all tables.
     """
 
     operations: str
     stack: int
     room: int = 0
+    constants: int = 0
 
 
 def costs_of(graph: StepGraph, text: str, name: str, room: int) -> CallCost:
@@ -50,7 +52,8 @@ def costs_of(graph: StepGraph, text: str, name: str, room: int) -> CallCost:
     parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
-    return CallCost(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"), room)
+    made, constants = f"{', '.join(parts) or 'nothing to compute'}{also}", sum(map(int, TABLE.findall(text)))
+    return CallCost(made, deepest_chain(text, f"{name}_step"), room, constants)
 
 
 def deepest_chain(text: str, start: str) -> int:

@@ -93,9 +93,9 @@ class CCode:
         return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
 
     @check_arguments
-    def with_stack(self, stack: str) -> CCode:
-        """The same code, whose comments state the stack of a call as it was measured."""
-        return _written(replace(self.request, stack=stack))
+    def with_costs(self, stack: str, counts: tuple[str, ...] = ()) -> CCode:
+        """The same code, whose comments state the stack of a call as it was measured, and counts of instructions."""
+        return _written(replace(self.request, stack=stack, counts=counts))
 
     @check_arguments
     def write(self, folder: str | Path, overwrite: bool = False) -> Path:

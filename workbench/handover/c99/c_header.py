@@ -13,10 +13,10 @@ from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import Array
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
-from workbench.handover.c99.c_assignments import ROOM
 from workbench.handover.c99.c_costs import FRAME, CallCost
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.c99.c_request import Request
+from workbench.handover.c99.c_scope import ROOM
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import graph_of_law
 
@@ -122,6 +122,9 @@ def _costs(request: Request, costs: CallCost) -> Iterator[str]:
     yield from _wrapped(f"A call makes {costs.operations}.")
     stack = request.stack or f"{costs.stack} bytes at most, counted: 8 for each variable and call, and {FRAME} a frame"
     yield from _wrapped(f"Stack of a call: {stack}.")
+    yield from _wrapped(_static_memory(request, costs))
+    for sentence in request.counts:
+        yield from _wrapped(sentence)
     if not request.hardware:
         yield from _wrapped("Link flags: none, not even -lm. It calls no function of a library.")
         return
@@ -130,6 +133,17 @@ def _costs(request: Request, costs: CallCost) -> Iterator[str]:
         f"Link flags: -lm. It calls {names} of C's library, instructions where the processor has "
         f"them: compile it with {' '.join(OPTIONS[name] for name in request.hardware)}. The bits are the same without."
     )
+
+
+def _static_memory(request: Request, costs: CallCost) -> str:
+    """The sentence on the bytes of the state, the arrays of loops among them, and of tables."""
+    law, size = request.law, 4 if request.real is SINGLE else 8
+    own = 8 * (law.parameters.size * request.settable + law.uses_time)
+    total = own + size * (law.memory.size + costs.room) + 4  # the flags
+    bytes_ = 8 * -(-total // 8) if size == 8 or own else total
+    loops = f", {size * costs.room:,} of them for the arrays of loops" if costs.room else ""
+    tables = f" Tables of its numbers: {size * costs.constants:,} bytes of constants." if costs.constants else ""
+    return f"Static memory: {bytes_:,} bytes of state{loops}.{tables}"
 
 
 def _lost(law: SampledLaw) -> list[str]:

@@ -42,8 +42,8 @@ class AbstractLoopWriter(ABC):
         """A new variable with a value."""
 
     @abstractmethod
-    def inside(self, body: Graph, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
-        """The lines of a pass of a body, and its results."""
+    def inside(self, body: Graph, carry_size: int, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+        """The lines of a pass of a body, and its results, of which the first are the next carried values."""
 
     def array(self, place: int, node: Node) -> str:
         """The expression of an array; the lines that make it stand before it. That of a loop is not used."""
@@ -81,8 +81,9 @@ class AbstractLoopWriter(ABC):
                 text = carry if op == "carried" else own[entry] if op == "row" else shared[entry].text
                 return Text(text, Tightness.ATOM, plain=True)
 
+            single = loop.parts[0] if loop.parts[0] == loop.carry_size else 0  # none where arrays are among them
             outside = [(i, one) for i, one in enumerate(loop.body.nodes) if not one.operands and one.op != "const"]
-            return self.inside(loop.body, {i: source(one.op, one.entry) for i, one in outside})
+            return self.inside(loop.body, single, {i: source(one.op, one.entry) for i, one in outside})
 
         scope = self.scope.real.type, self.scope.room
         text = loop_lines(scope, self.loop_names, loop, parts[:first], rows, one_pass)

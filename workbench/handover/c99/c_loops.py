@@ -51,8 +51,8 @@ def store(name: str, parts: Sequence[PartText], number: int, first: str = "") ->
             lines += [f"    {name}[{_index('' if to == '0' else to, k)}] = {_element(part.text)}[{k}];", "}"]
         elif part.length:
             lines += [f"{name}[{_index(first, place + i)}] = {_element(part.text)}[{i}];" for i in range(part.length)]
-        else:
-            lines.append(f"{name}[{_index(first, place)}] = {part.text};")
+        elif (own := f"{name}[{_index(first, place)}]") != part.text:  # a branch may have written it already
+            lines.append(f"{own} = {part.text};")
         place += part.length or 1
     return lines
 

@@ -39,9 +39,10 @@ def _text(prefix: str, value: float) -> str:
     return f"{prefix}_number({word_text(DOUBLE.pattern(value))})"
 
 
-def built_in(entries: Iterable[Member]) -> list[str]:
-    """The lines of the numbers that are built in, each with its path and unit."""
+def built_in(entries: Iterable[Member], tables: Iterable[str] = ()) -> list[str]:
+    """The lines of the numbers that are built in, each with its path and unit, and behind them those of tables."""
     lines = [f"const double {name} = {value}; /* {comment(label)} */" for name, value, label in entries]
+    lines += tables
     return ["", *block(textwrap.wrap(EDIT, WIDTH)), *lines] if lines else []
 
 

@@ -30,6 +30,8 @@ class Request:
         "sqrt" and "fma", where the processor's own are called by C's library.
     stack
         The stack of a call in words, where it was measured.
+    counts
+        Sentences on the instructions of a period, where they were counted.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Request:
     command: str = ""
     hardware: tuple[str, ...] = ()
     stack: str = ""
+    counts: tuple[str, ...] = ()
 
     @property
     def real(self) -> Real:

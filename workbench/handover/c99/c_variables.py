@@ -18,6 +18,7 @@ from workbench.handover.c99.c_header import STRUCTS
 from workbench.handover.c99.c_names import Member, Variables, entries_of, letter_of
 from workbench.handover.c99.c_parameters import built_in, parameters_of
 from workbench.handover.c99.c_request import Request
+from workbench.handover.c99.c_tables import arrays_of
 from workbench.handover.law_graph import StepGraph
 
 FUNCTIONS = ("pair", *STRUCTS, "state", "init", "reset", "step", "advance")
@@ -39,6 +40,8 @@ class LawVariables:
         The structs that the opening or a source reads: "readings", "references", "state".
     calls
         The functions that the opening calls.
+    arrays
+        The texts of the arrays that no line makes, by their nodes.
     """
 
     opening: tuple[str, ...]
@@ -46,6 +49,7 @@ class LawVariables:
     names: Mapping[int, str]
     reads: frozenset[str]
     calls: tuple[CCall, ...]
+    arrays: Mapping[int, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +81,8 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
     nodes = graph.graph.nodes
     sources = {i: inputs.text(node.op, node.entry) for i, node in enumerate(nodes) if node.op in ("x", "p", "k")}
     needed = [i for i in graph.graph.before(graph.graph.results) if i in sources]
-    used = {sources[i].text for i in needed}
+    arrays = arrays_of(request, graph.graph, names, inputs.parameters, inputs.memory)
+    used = {sources[i].text for i in needed if i not in arrays.inside}
 
     def used_members(members: Iterable[Member]) -> list[Member]:
         return [member for member in members if member.variable in used]
@@ -85,7 +90,7 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
     read = used_members((*inputs.readings, *inputs.references, *inputs.memory))
     own = used_members(inputs.parameters)
     opening = _section(request.real.type, "Readings and memory", read)
-    opening += _section("double", "Parameters", own) if request.settable else built_in(own)
+    opening += _section("double", "Parameters", own) if request.settable else built_in(own, arrays.lines)
     keeps = bool(law.memory.size or used_members(inputs.memory) or (request.settable and own))
     counts = any(nodes[i].op == "k" for i in needed)
     readings, references = used_members(inputs.readings), used_members(inputs.references)
@@ -98,6 +103,7 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
         _names_of_values(law, graph, names),
         frozenset(struct for struct, read in reads.items() if read),
         (CCall("number", DOUBLE),) if odd else (),
+        arrays.texts,
     )
 
 

@@ -13,9 +13,10 @@ from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.handover.c99.c_assignments import ROOM, Assignments, Demand, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import Assignments, Demand, ValueForm, assignments
 from workbench.handover.c99.c_files import c_code
 from workbench.handover.c99.c_names import members
+from workbench.handover.c99.c_scope import ROOM, Scope
 from workbench.handover.c99.c_source import guards
 from workbench.handover.fmi.co_simulation import Model
 

@@ -54,6 +54,16 @@ class Microcontroller(AbstractTarget):
         """GCC for it, and the emulator."""
         return (f"{PREFIX}gcc", "qemu-system-arm")
 
+    @property
+    def support_files(self) -> dict[str, str]:
+        """The start of the board, its files by semihosting and the layout of its memory, for a program of your own."""
+        return {**board_files(), harness.HEADER: harness.platform_header()}
+
+    @property
+    def compiler_options(self) -> tuple[str, ...]:
+        """The options of GCC for the processor, with the level of optimisation, for C and C++."""
+        return (*STANDARD[3:], *self.options)
+
     def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         """The answers of the program."""
         write_files({**harness.program(code), **board_files()}, folder)
@@ -79,7 +89,7 @@ class Microcontroller(AbstractTarget):
         harness.write_inputs(code, rows, folder, count_instructions=True)
         self.emulate(folder, seconds, "-icount", "shift=0")
         whole, empty, most, touched = harness.read_answers(code, len(rows), folder).figures
-        options = (*STANDARD[3:], *self.options)
+        options = self.compiler_options
         stack, sizes, smallest = sizes_of(code, folder, f"{PREFIX}gcc", options, f"{PREFIX}size", seconds)
         instructions = INSTRUCTIONS_A_TICK * (whole - empty) / len(rows)
         return TargetCost(instructions, most * INSTRUCTIONS_A_TICK, stack, touched, *sizes, smallest)

@@ -1,0 +1,123 @@
+"""The tables of a predictive law on a Cortex-M7, beside TinyMPC on the same states and its published figures."""
+
+from __future__ import annotations
+
+import workbench as wb
+from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, predictive_keys
+from studies.b4_handover.predictive_problems import IDLE, IDLE_SHARE, PUSHED, problems
+
+Column = wb.document.TableColumn
+PUBLISHED = {  # us an iteration: TinyMPC and OSQP as a safety filter, and TinyMPC as the law of a rocket
+    4: (299, 610, 9.9),
+    8: (609, 1180, 20.7),
+    16: (1363, 2345, 45.0),
+    32: (2480, None, 91.3),
+    64: (4995, None, 184.3),
+}
+SOURCE = "RoboticExplorationLab/mcu-solver-benchmarks, folder Results/TinyMPC CDC benchmarks"
+
+
+def predictive_section(results: wb.Results) -> wb.Section:
+    """Instructions, stack and memory of a predictive law, beside TinyMPC and OSQP."""
+    words = (
+        "A predictive law with limits on its inputs, in double precision with the sweeps of its design, is replayed "
+        f"over {PERIODS} periods on a Cortex-M7 under QEMU (gcc -O2). TinyMPC 0.0.8 and the generated C of OSQP are "
+        "compiled by the same compiler with the same options, in double precision too. They solve the same problem "
+        "from the same states at their default tolerances of 1e-3, warm started. TinyMPC's report of each solution is "
+        f"silenced. Of the penalties {wb.document.join_names([f'{one:g}' for one in PENALTIES])} it gets the one with "
+        "which it takes the fewest instructions, whatever its error. Error: the root mean square difference of the "
+        "first input from the exact solution, in spans of its limits."
+    )
+    reasons = dict.fromkeys(reason for one in counts(results).values() for reason in one.reasons)
+    absent = (wb.Paragraph(f"Not counted here: {'; '.join(reasons)}."),) if reasons else ()
+    tables = (solver_table(results, PUSHED), solver_table(results, IDLE), memory_table(results), published_table())
+    return wb.Section("A predictive law on a Cortex-M7", (wb.Paragraph(words), *absent, *tables))
+
+
+def counts(results: wb.Results) -> dict[str, PredictiveCount]:
+    """The counts by their keys."""
+    return dict(zip(predictive_keys(), results.work(WORK), strict=True))
+
+
+def solver_table(results: wb.Results, run: str) -> wb.document.ReportTable:
+    """The instructions of the solvers in one kind of run."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for plant, horizon, one in _rows(results, run):
+        cells: list[wb.document.Cell] = [plant, horizon, 100 * one.active]
+        for count in (one.law, one.tinympc, one.osqp):
+            cells += [count.mean, count.most, count.error] if count else [None, None, None]
+        cells.append(one.tinympc.mean / one.law.mean if one.tinympc and one.law else None)
+        rows.append(tuple(cells))
+    columns = (
+        Column("plant (states, inputs)"),
+        Column("stages", align="right"),
+        Column("first inputs at a limit", "%", "right", digits=2),
+        *(
+            column
+            for name in ("law", "TinyMPC", "OSQP")
+            for column in (
+                Column(f"{name}: mean", align="right", digits=4),
+                Column(f"{name}: at most", align="right", digits=4),
+                Column(f"{name}: error", "spans", "right", digits=2),
+            )
+        ),
+        Column("TinyMPC / law", align="right", digits=3),
+    )
+    kind = (
+        "a disturbance pushes the inputs to their limits"
+        if run == PUSHED
+        else f"the disturbance is {100 * IDLE_SHARE:g} % of that"
+    )
+    caption = f"Instructions of a period on a Cortex-M7, where {kind}."
+    return wb.document.ReportTable(f"predictive_{run}", caption, columns, tuple(rows))
+
+
+def memory_table(results: wb.Results) -> wb.document.ReportTable:
+    """The sweeps and iterations, and the stack and the static memory of the laws."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for plant, horizon, one in _rows(results, PUSHED):
+        passes = [count.passes if count else None for count in (one.law, one.tinympc, one.osqp)]
+        rows.append((plant, horizon, *passes, one.stack, one.room))
+    columns = (
+        Column("plant (states, inputs)"),
+        Column("stages", align="right"),
+        Column("sweeps of the law", align="right"),
+        Column("iterations of TinyMPC", align="right", digits=3),
+        Column("iterations of OSQP", align="right", digits=3),
+        Column("stack of the law", "bytes", "right"),
+        Column("state of the law with its arrays", "bytes", "right"),
+    )
+    caption = "Passes of a period, in the mean where a disturbance pushes, and the memory of the laws."
+    note = "No array of a plan is on the stack."
+    return wb.document.ReportTable("predictive_memory", caption, columns, tuple(rows), (note,))
+
+
+def published_table() -> wb.document.ReportTable:
+    """The published times of TinyMPC and OSQP."""
+    columns = (
+        Column("stages", align="right"),
+        Column("safety filter: TinyMPC", "us", "right", digits=4),
+        Column("safety filter: OSQP", "us", "right", digits=4),
+        Column("rocket: TinyMPC", "us", "right", digits=4),
+    )
+    notes = (
+        f"Times of one iteration, not of a period, in single precision on real boards; {SOURCE}. They are times and "
+        "not instructions, and no board is at hand here: the two tables cannot be divided by each other. A dash: out "
+        "of memory, or not published.",
+        "The safety filter follows planned inputs within hard limits on states, and the rocket has a cone of thrust: "
+        "this law has neither. The rocket in the tables above has the limits of its inputs alone.",
+    )
+    rows = tuple((stages, *times) for stages, times in PUBLISHED.items())
+    return wb.document.ReportTable("predictive_published", "Published times of TinyMPC and OSQP.", columns, rows, notes)
+
+
+def _rows(results: wb.Results, run: str) -> list[tuple[str, int, PredictiveCount]]:
+    """The plants with their sizes, horizons and counts in one kind of run."""
+    sizes = {one.name: one.sizes for one in problems()}
+    rows = []
+    for key, one in counts(results).items():
+        name, horizon, own = key.split("|")
+        if own == run:
+            n, m = sizes[name]
+            rows.append((f"{name} ({n}, {m})", int(horizon), one))
+    return rows
