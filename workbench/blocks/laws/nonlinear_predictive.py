@@ -283,37 +283,42 @@ class NonlinearPredictive(AbstractController):
         return StageRows(columns, end[:nx] - self._reference(t, ca.SX(N), ref)[0])
 
     def _roll(self, t: ca.SX, begin: ca.SX, way: Iterate, rows: StageRows, ref: Follows) -> NonlinearPlan:
-        """The plant along shares of the way to the solution of the linearised problem, and the one of least cost."""
-        (nx, nu, N), weights = self._counts, self._weights
-        place = ca.vertcat(way.e, way.v)
+        """The plant along shares of the way to the solution of the linearised problem, and under the law behind the
+        horizon alone; of these the one of least cost."""
+        (nx, nu, N), weights, feedback = self._counts, self._weights, ca.SX(self.K)
 
         def stage(c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX) -> tuple[ca.SX, ...]:
             k = c[-1]
             x, u, _, _, r, s, _, _ = StageRows.split(column, weights.sizes)
             e, v = ca.vertsplit(own, [0, nx, nx + nu])
             carries, results = list[ca.SX](), list[ca.SX]()
-            for share, part in zip(SHARES, ca.vertsplit(c[:-1], nx + 1), strict=True):
+            for share, part in zip((*SHARES, None), ca.vertsplit(c[:-1], nx + 1), strict=True):
                 now, cost = part[:nx], part[nx]
-                taken = weights.clip(u + share * (v - u) - ca.reshape(gains, nu, nx) @ (now - x - share * e))
+                if share is None:
+                    wanted = s - feedback @ (now - r)
+                else:
+                    wanted = u + share * (v - u) - ca.reshape(gains, nu, nx) @ (now - x - share * e)
+                taken = weights.clip(wanted)
                 cost = cost + weights.stage_cost(now - r, taken - s, self._rows(t + k * self.period, now))
                 carries.append(ca.vertcat(self._stages.after(t + k * self.period, now, taken), cost))
-                results.append(ca.vertcat(now, taken))
+                results.append(ca.vertcat(now, taken, gains if share is not None else ca.vec(feedback)))
             return ca.vertcat(*carries, k + 1), ca.vertcat(*results)
 
-        first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in SHARES), 0.0)
-        ends, trials = bounded_loop(N, stage, first, place, way.gains, rows.columns)
+        first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in (*SHARES, None)), 0.0)
+        ends, trials = bounded_loop(N, stage, first, ca.vertcat(way.e, way.v), way.gains, rows.columns)
         target = self._reference(t, ca.SX(N), ref)[0]
         parts = ca.vertsplit(ends[:-1], nx + 1)
         costs = [part[nx] + weights.end_cost(part[:nx] - target) for part in parts]
         flags = better_flags(costs)
 
         def take(none: ca.SX, trial: ca.SX, flags: ca.SX) -> tuple[ca.SX, ...]:
-            return none, choose(flags, ca.vertsplit(trial, nx + nu))
+            return none, choose(flags, ca.vertsplit(trial, nx + nu + nu * nx))
 
         _, chosen = bounded_loop(N, take, ca.SX(0, 1), trials, constants=(flags,))
+        x, u, gains = ca.vertsplit(chosen, [0, nx, nx + nu, nx + nu + nu * nx])
         end, cost = choose(flags, parts)[:nx], choose(flags, costs)
-        share = choose(flags, [ca.SX(share) for share in SHARES])
-        return NonlinearPlan(chosen[:nx, :], chosen[nx:, :], way.clamps, way.gains, end, way.residual, cost, share)
+        share = choose(flags, [ca.SX(share) for share in (*SHARES, -1.0)])
+        return NonlinearPlan(x, u, way.clamps, gains, end, way.residual, cost, share)
 
     @property
     def _scale(self) -> ca.SX:
