@@ -19,6 +19,7 @@ from workbench.core.bounded_loop import bounded_loop
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, seconds, whole
 
+
 @block
 class NonlinearPredictive(AbstractController):
     """Nonlinear model predictive control by real-time iterations: in each period one step toward the best plan.
@@ -57,7 +58,7 @@ class NonlinearPredictive(AbstractController):
     limited
         Names of states and outputs with soft limits.
     row_low, row_high, row_weight
-        Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage.
+        Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
     x0, u0
         The rest, in the units of the plant.
     follow
@@ -72,9 +73,9 @@ class NonlinearPredictive(AbstractController):
 
     References
     ----------
-    Diehl, Bock and Schloeder (2005), A real-time iteration scheme for nonlinear optimization in optimal feedback control,
-    SIAM Journal on Control and Optimization 43. Tassa, Mansard and Todorov (2014), Control-limited differential dynamic
-    programming, ICRA.
+    Diehl, Bock and Schloeder (2005), A real-time iteration scheme for nonlinear optimization in optimal feedback
+    control, SIAM Journal on Control and Optimization 43. Tassa, Mansard and Todorov (2014), Control-limited
+    differential dynamic programming, ICRA.
 
     Examples
     --------
@@ -94,13 +95,13 @@ class NonlinearPredictive(AbstractController):
     K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
     low: Vector = parameter(unit=ANY, shape=("nu",))
     high: Vector = parameter(unit=ANY, shape=("nu",))
-    row_low: Vector = parameter(unit=ANY, shape=("nr",))
-    row_high: Vector = parameter(unit=ANY, shape=("nr",))
-    row_weight: Vector = parameter(unit=ANY, shape=("nr",))
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     period: float
     limited: tuple[str, ...] = ()
+    row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     sweeps: int = 3
     iterations: int = 1
     steps: int = 1
@@ -153,7 +154,7 @@ class NonlinearPredictive(AbstractController):
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
         own = dict(own)
-        refuse_other_plant("NonlinearPredictive.of(plant, design)", plant, own.pop("state_names"), own.pop("input_names"))
+        refuse_other_plant("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
         safe = None if safe_command is None else safe_column("NonlinearPredictive.of", plant.inputs, own, safe_command)
         return NonlinearPredictive(plant, **own, follow=follow, preview=preview, safe_command=safe)
 
@@ -203,13 +204,13 @@ class NonlinearPredictive(AbstractController):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan shifted by a stage, which the law behind the horizon adds, and what the plan was worth."""
-        (nx, nu, N), plan = self._counts, self._solve(t, z, est, ref)
+        N, plan = self.horizon, self._solve(t, z, est, ref)
         r, s = self._problem(t, z, ref).end_target
         last = self._weights.clip(s - self.K @ (plan.end - r))
         following = {
             "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
             "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
-            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(nu))),
+            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
             "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
             "residual": plan.residual,
             "cost": plan.cost,
@@ -228,7 +229,8 @@ class NonlinearPredictive(AbstractController):
     @property
     def _weights(self) -> StageWeights:
         names = ("Q", "R", "P", "low", "high", "row_low", "row_high", "row_weight")
-        return StageWeights(*(ca.SX(getattr(self, name)) for name in names))
+        none = ca.SX(0, 1)
+        return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
 
     def _usable(self, est: Reads, ref: Follows) -> ca.SX:
         """1 if all numbers that are read are finite, else 0."""

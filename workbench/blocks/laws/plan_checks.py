@@ -21,18 +21,18 @@ def refuse_unfit_model(call: str, model: AbstractPlant) -> None:
         )
     if model.sampled_states.size or model.noises:
         raise ValueError(
-            f"`{call}(model=...)` must move by its rate alone; `{type(model).__name__}` has noise, or states that change "
-            "at the instants of a computer. Take the plant without them as the model."
+            f"`{call}(model=...)` must move by its rate alone; `{type(model).__name__}` has noise, or states that "
+            "change at the instants of a computer. Take the plant without them as the model."
         )
 
 
-def refuse_other_plant(call: str, plant: AbstractPlant, states: tuple[str, ...], inputs: tuple[str, ...]) -> None:
+def refuse_other_plant(call: str, plant: AbstractPlant, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
     """Refuse a design for other states or inputs than the plant's."""
-    for port, names in ((plant.states, states), (plant.inputs, inputs)):
-        if port.labels != names:
+    for port, own in zip((plant.states, plant.inputs), names, strict=True):
+        if port.labels != own:
             raise ValueError(
                 f"`{call}` must get a design for the plant's own signals, {', '.join(port.labels)}; it is for "
-                f"{', '.join(names)}."
+                f"{', '.join(own)}."
             )
 
 
@@ -51,8 +51,8 @@ def refuse_unfit_preview(call: str, model: AbstractPlant, preview: AbstractRefer
             )
     if not np.isinf(preview.ends):
         raise ValueError(
-            f"`{call}(preview=...)` must go on behind its end, as the law plans beyond it; it ends at {preview.ends:g} s. "
-            "Hold its last state with `PlannedReference(motion, rest_inputs=...)`."
+            f"`{call}(preview=...)` must go on behind its end, as the law plans beyond it; it ends at {preview.ends:g} "
+            "s. Hold its last state with `PlannedReference(motion, rest_inputs=...)`."
         )
 
 
@@ -67,6 +67,7 @@ def safe_column(call: str, port: Layout, numbers: Mapping[str, object], safe: Ma
     for i, (name, value) in enumerate(zip(port.labels, values, strict=True)):
         if not low[i] <= value <= high[i]:
             raise ValueError(
-                f"`{call}(safe_command=...)` must keep the limits of '{name}', {low[i]:g} and {high[i]:g}; got {value:g}."
+                f"`{call}(safe_command=...)` must keep the limits of '{name}', {low[i]:g} and {high[i]:g}; got "
+                f"{value:g}."
             )
     return np.array(values)

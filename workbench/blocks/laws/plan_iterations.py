@@ -9,7 +9,7 @@ plan, so an iteration from the same state raises no cost.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -47,7 +47,8 @@ class NonlinearPlan:
     @property
     def column(self) -> ca.SX:
         """All of it as one column."""
-        return ca.veccat(*(getattr(self, field.name) for field in fields(self)))
+        parts = self.clamps, self.gains, self.end, self.residual, self.cost, self.share
+        return ca.veccat(self.x, self.u, *parts)
 
     @staticmethod
     def of(column: ca.SX, N: int, nx: int, nu: int) -> NonlinearPlan:
@@ -153,9 +154,7 @@ class PlanProblem:
         share = choose(flags, [ca.SX(share) for share in trials])
         return NonlinearPlan(x, u, way.clamps, gains, end, way.residual, cost, share)
 
-    def _trial(
-        self, share: float, k: ca.SX, c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
+    def _trial(self, share: float, k: ca.SX, c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX) -> tuple[ca.SX, ca.SX]:
         """States and cost behind a stage, and states, inputs and gains of the stage, of one candidate."""
         nx, nu, _ = self.weights.sizes
         x, u, _, _, r, s, _, _ = StageRows.split(column, self.weights.sizes)
