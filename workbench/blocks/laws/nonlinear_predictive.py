@@ -54,7 +54,7 @@ class NonlinearPredictive(AbstractController):
     K
         Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
     low, high
-        Limits of the inputs, (nu,), infinite where there is none.
+        Limits of the inputs, (nu,), of size 1e30 where there is none.
     limited
         Names of states and outputs with soft limits.
     row_low, row_high, row_weight

@@ -29,6 +29,7 @@ from workbench.core.bounded_loop import bounded_loop
 SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from the last plan to the solution of a linearised problem
 ALONE = -1.0  # the share of the law behind the horizon, which goes no such way
 LARGEST = 1e100  # a cost beyond it is none
+NO_LIMIT = 1e30  # the size of a limit that is none
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class PlanProblem:
     def scale(self) -> ca.SX:
         """The distances between the limits of the inputs (nu, 1), 1 where one is missing."""
         distance = self.weights.high - self.weights.low
-        return ca.if_else(distance <= LARGEST, distance, 1.0)
+        return ca.if_else(distance < NO_LIMIT, distance, 1.0)
 
     @property
     def end_target(self) -> tuple[ca.SX, ca.SX]:
