@@ -1,5 +1,7 @@
 """The nonlinear predictive law: IPOPT, LQR, swing-up and tracking, bits, missing numbers, and bad arguments."""
 
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -96,7 +98,7 @@ def test_an_iteration_from_the_same_state_never_raises_the_cost():
     for iterations in (1, 2, 3, 5, 8, 13):
         law = wb.NonlinearPredictive.of(wb.CartPole(), cart_design(iterations=iterations, sweeps=2))
         costs.append(first_period(law, x)[1]["cost"])
-    assert all(after <= before * (1 + 1e-8) for before, after in zip(costs[:-1], costs[1:], strict=True))  # NEARLY
+    assert all(after <= before * (1 + 1e-8) for before, after in pairwise(costs))  # NEARLY
     assert costs[-1] < 0.95 * costs[0]
 
 

@@ -65,7 +65,7 @@ class NonlinearPredictive(AbstractController):
         Names of the states whose reference replaces their value in x0, at all stages.
     preview
         A reference of states and inputs by name, such as a `PlannedReference`, that the plan follows stage by stage in
-        the place of the rest. The loop must have the same reference.
+        the place of the rest. The loop must have the same reference. Signals that the plant has not are left out.
     safe_command
         Inputs (nu,) that the law gives in a period in which a number that it reads is not finite; its plan then waits.
         It also gives them where no plan has a finite cost, and plans anew. None to leave such numbers to the run, which
@@ -167,7 +167,8 @@ class NonlinearPredictive(AbstractController):
     @property
     def follows(self) -> Layout:
         if self.preview is not None:
-            return self.preview.gives
+            own = self.model.states + self.model.inputs
+            return Layout(tuple(entry for entry in self.preview.gives.entries if entry.name in own))
         return Layout(tuple(self.model.states[name] for name in self.follow))
 
     @property
@@ -243,7 +244,7 @@ class NonlinearPredictive(AbstractController):
         """The signals of the previewed reference at a time, as a column."""
         assert self.preview is not None
         signals = call_block(self.preview, "at", self.preview.gives, t)
-        return ca.densify(self.preview.gives.flatten(dict(signals)))
+        return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
 
     def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PlanProblem:
         """The problem of a period."""
@@ -253,7 +254,7 @@ class NonlinearPredictive(AbstractController):
         def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
             wanted = {name: ref[name] for name in self.follow}
             if self.preview is not None:
-                wanted = self.preview.gives.view(own if own.numel() else self._previewed(t + k * self.period))
+                wanted = self.follows.view(own if own.numel() else self._previewed(t + k * self.period))
             r, s = states.view(ca.SX(self.x0)), inputs.view(ca.SX(self.u0))
             r.update({name: part for name, part in wanted.items() if name in states})
             s.update({name: part for name, part in wanted.items() if name in inputs})

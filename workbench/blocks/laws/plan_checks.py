@@ -41,8 +41,9 @@ def refuse_unfit_preview(call: str, model: AbstractPlant, preview: AbstractRefer
     if follow:
         raise ValueError(f"`{call}(follow=..., preview=...)` must be one of them alone, as each is the reference.")
     port = model.states + model.inputs
-    for entry in preview.gives.entries:
-        known_name(entry.name, port.names, "states and inputs of the model")
+    for name in preview.primary:
+        known_name(name, port.names, "states and inputs of the model")
+    for entry in (entry for entry in preview.gives.entries if entry.name in port):
         own = port[entry.name]
         if (entry.size, entry.unit) != (own.size, own.unit):
             raise ValueError(

@@ -23,7 +23,7 @@ MOST = 1000  # stages, sweeps, linearisations or steps
 
 @dataclass(frozen=True, eq=False)
 class StageLimits:
-    """The limits of a stage: hard ones of inputs, (nu,), and soft ones of signals by name, with their weights; 1e30 is none."""
+    """The limits of a stage, 1e30 for none: hard ones of inputs, (nu,), and soft ones of signals by name."""
 
     low: Array
     high: Array
