@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PlanProblem
+from workbench.blocks.laws.plan_window import planned_signals
 from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
@@ -243,6 +244,8 @@ class NonlinearPredictive(AbstractController):
     def _previewed(self, t: ca.SX) -> ca.SX:
         """The signals of the previewed reference at a time, as a column."""
         assert self.preview is not None
+        if isinstance(self.preview, PlannedReference):
+            return planned_signals(self.preview, t)
         signals = call_block(self.preview, "at", self.preview.gives, t)
         return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
 
