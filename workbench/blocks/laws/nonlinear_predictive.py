@@ -1,0 +1,292 @@
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
+from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PlanProblem
+from workbench.blocks.laws.plan_window import planned_signals
+from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.stagewise_sweeps import StageWeights
+from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
+from workbench.blocks.loop.environment import AbstractReference
+from workbench.blocks.loop.wiring import call_block
+from workbench.blocks.signals.planned_reference import PlannedReference
+from workbench.core import Entry, Layout, Signals, block, parameter
+from workbench.core.block import Matrix, Number, Vector
+from workbench.core.bounded_loop import bounded_loop
+from workbench.core.units import ANY
+from workbench.core.validation.refusals import known_name, refusal, seconds, whole
+
+
+@block
+class NonlinearPredictive(AbstractController):
+    """Nonlinear model predictive control by real-time iterations: in each period one step toward the best plan.
+
+    The plan of N stages minimises the sum of e'Q e + v'R v over the stages and e'P e behind the last, with e and v the
+    deviations of states and inputs from the reference. Its stages obey the plant's own equations, and its inputs keep
+    low <= u <= high. Once a period the law
+
+    1. rolls the last plan, shifted by a stage, from the estimate on, with its gains, and linearises the plant along it;
+    2. makes a fixed number of sweeps of the linearised problem, see `stagewise_sweeps`;
+    3. rolls the plant along shares of the step, with gains and limits, takes the one of least cost, and sends its first
+       input.
+
+    Where no limit acts and the plant is linear, u = u0 - K (x - x0): the law is LQR with the cost P behind N stages.
+    `NonlinearPredictive.of` makes the law of a design.
+
+    The memory `residual` is the largest change of an input by the last sweep, as a share of the distance between its
+    limits, or in its unit if it has no two. `cost` is that of the plan. `share` is that of the way to
+    the solution of the linearised problem, 0 for the last plan and -1 for the law behind the horizon.
+
+    Parameters
+    ----------
+    model
+        The plant as the law believes it to be. All its states are read, and all its inputs are driven.
+    horizon, period
+        The number N of stages, and their length in s, with which a computer runs the law.
+    sweeps, iterations, steps
+        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
+        stage.
+    Q, R, P
+        Weights of a stage, (nx, nx) and (nu, nu), and of the end, (nx, nx).
+    K
+        Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
+    low, high
+        Limits of the inputs, (nu,), of size 1e30 where there is none.
+    limited
+        Names of states and outputs with soft limits.
+    row_low, row_high, row_weight
+        Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
+    x0, u0
+        The rest, in the units of the plant.
+    follow
+        Names of the states whose reference replaces their value in x0, at all stages.
+    preview
+        A reference of states and inputs by name, such as a `PlannedReference`, that the plan follows stage by stage in
+        the place of the rest. The loop must have the same reference. Signals that the plant has not are left out.
+    safe_command
+        Inputs (nu,) that the law gives in a period in which a number that it reads is not finite; its plan then waits.
+        It also gives them where no plan has a finite cost, and plans anew. None to leave such numbers to the run, which
+        they end.
+
+    References
+    ----------
+    Diehl, Bock and Schloeder (2005), A real-time iteration scheme for nonlinear optimization in optimal feedback
+    control, SIAM Journal on Control and Optimization 43. Tassa, Mansard and Todorov (2014), Control-limited
+    differential dynamic programming, ICRA.
+
+    Examples
+    --------
+    >>> plant = wb.CartPole()
+    >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> design = wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
+    >>> law = wb.NonlinearPredictive.of(plant, design, follow=("x",))
+    >>> law.reads.names, law.follows.names, law.period
+    (('x', 'xd', 'phi', 'phid'), ('x',), 0.02)
+    """
+
+    model: AbstractPlant
+    horizon: int
+    Q: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
+    R: Matrix = parameter(unit=ANY, shape=("nu", "nu"))
+    P: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
+    low: Vector = parameter(unit=ANY, shape=("nu",))
+    high: Vector = parameter(unit=ANY, shape=("nu",))
+    x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
+    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
+    period: float
+    limited: tuple[str, ...] = ()
+    row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    sweeps: int = 3
+    iterations: int = 1
+    steps: int = 1
+    follow: tuple[str, ...] = ()
+    preview: AbstractReference | None = None
+    safe_command: Vector | None = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
+
+    def __post_init__(self) -> None:
+        for name in ("horizon", "sweeps", "iterations", "steps"):
+            whole(f"NonlinearPredictive({name}=...)", getattr(self, name), least=1)
+        seconds("NonlinearPredictive(period=...)", self.period)
+        refuse_unfit_model("NonlinearPredictive", self.model)
+        for name in self.follow:
+            known_name(name, self.model.states.names, "states of the model")
+        for name in self.limited:
+            known_name(name, (*self.model.states.names, *self.model.outputs.names), "states and outputs of the model")
+        if self.preview is not None:
+            refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
+
+    @staticmethod
+    def of(
+        plant: AbstractPlant,
+        design: object,
+        follow: tuple[str, ...] = (),
+        preview: AbstractReference | None = None,
+        safe_command: Mapping[str, float] | None = None,
+    ) -> NonlinearPredictive:
+        """The law of a design for a plant, once in its period. It reads an estimate of each state.
+
+        Parameters
+        ----------
+        plant
+            The plant, which is the model of the law.
+        design
+            The result of `nonlinear_predictive_design` for the linearised plant.
+        follow, preview
+            As of the class; one of them alone.
+        safe_command
+            Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
+
+        Raises
+        ------
+        ValueError
+            If `design` is no such result, or is for other states or inputs; if the preview has a signal of another
+            shape or unit, or an end; or if the safe command lacks an input or passes a limit.
+        LookupError
+            If the plant has no signal of a name.
+        """
+        own = getattr(design, "law_arguments", None)
+        if not isinstance(own, dict) or "row_weight" not in own:
+            raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
+        own = dict(own)
+        refuse_other_plant("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
+        safe = None if safe_command is None else safe_column("NonlinearPredictive.of", plant.inputs, own, safe_command)
+        return NonlinearPredictive(plant, **own, follow=follow, preview=preview, safe_command=safe)
+
+    # ports
+
+    @property
+    def reads(self) -> Layout:
+        return self.model.states
+
+    @property
+    def follows(self) -> Layout:
+        if self.preview is not None:
+            own = self.model.states + self.model.inputs
+            return Layout(tuple(entry for entry in self.preview.gives.entries if entry.name in own))
+        return Layout(tuple(self.model.states[name] for name in self.follow))
+
+    @property
+    def drives(self) -> Layout:
+        return self.model.inputs
+
+    @property
+    def _counts(self) -> tuple[int, int, int]:
+        return self.model.states.size, self.model.inputs.size, self.horizon
+
+    @property
+    def memory(self) -> Layout:
+        """The plan in deviations from the rest, so that all begin at zero, with its gains and what it is worth."""
+        nx, nu, N = self._counts
+        sizes = {"plan_x": nx * N, "plan_u": nu * N, "clamps": nu * N, "gains": nu * nx * N}
+        plan = [Entry(name, np.zeros(size), ANY) for name, size in sizes.items()]
+        worth = [Entry(name, np.zeros(()), ANY) for name in ("residual", "cost", "share")]
+        if isinstance(self.preview, PlannedReference):  # each of its pieces costs at each evaluation
+            t = ca.SX.sym("t")
+            at = ca.Function("at", [t], [self._previewed(t)])
+            first = np.hstack([np.array(at(k * self.period)) for k in range(N + 1)])
+            worth.append(Entry("window", first.ravel(order="F"), ANY))
+        return Layout((*plan, *worth))
+
+    # equations
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        plan, u = self._solve(t, z, est, ref), self.model.inputs
+        first = plan.u[:, 0]
+        if self.safe_command is not None:
+            usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
+            first = ca.if_else(usable, first, ca.SX(self.safe_command))
+        return Signals(u.view(first))
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The plan shifted by a stage, which the law behind the horizon adds, and what the plan was worth."""
+        N, plan = self.horizon, self._solve(t, z, est, ref)
+        r, s = self._problem(t, z, ref).end_target
+        last = self._weights.clip(s - self.K @ (plan.end - r))
+        following = {
+            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
+            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
+            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
+            "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
+            "residual": plan.residual,
+            "cost": plan.cost,
+            "share": plan.share,
+        }
+        if self.safe_command is not None:
+            usable, worth = self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST
+            following = {
+                name: ca.if_else(usable, ca.if_else(worth, part, 0.0), z[name]) for name, part in following.items()
+            }
+        if "window" in z:
+            newest = self._previewed(t + (N + 1) * self.period)
+            following["window"] = ca.vertcat(z["window"][newest.numel() :], newest)
+        return following
+
+    @property
+    def _weights(self) -> StageWeights:
+        names = ("Q", "R", "P", "low", "high", "row_low", "row_high", "row_weight")
+        none = ca.SX(0, 1)
+        return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
+
+    def _usable(self, est: Reads, ref: Follows) -> ca.SX:
+        """1 if all numbers that are read are finite, else 0."""
+        numbers = [self.reads.flatten({name: est[name] for name in self.reads.names})]
+        numbers += [self.follows.flatten({name: ref[name] for name in self.follows.names})]
+        both = ca.densify(ca.vertcat(*numbers))
+        return ca.sum1(ca.if_else(ca.fabs(both) <= LARGEST, 1.0, 0.0)) == both.numel()
+
+    def _previewed(self, t: ca.SX) -> ca.SX:
+        """The signals of the previewed reference at a time, as a column."""
+        assert self.preview is not None
+        if isinstance(self.preview, PlannedReference):
+            return planned_signals(self.preview, t)
+        signals = call_block(self.preview, "at", self.preview.gives, t)
+        return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
+
+    def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PlanProblem:
+        """The problem of a period."""
+        states, inputs, N = self.model.states, self.model.inputs, self.horizon
+        window = ca.reshape(z["window"], -1, N + 1) if "window" in z else ca.SX(0, N + 1)
+
+        def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
+            wanted = {name: ref[name] for name in self.follow}
+            if self.preview is not None:
+                wanted = self.follows.view(own if own.numel() else self._previewed(t + k * self.period))
+            r, s = states.view(ca.SX(self.x0)), inputs.view(ca.SX(self.u0))
+            r.update({name: part for name, part in wanted.items() if name in states})
+            s.update({name: part for name, part in wanted.items() if name in inputs})
+            return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
+
+        stages = PlantStages(self.model, self.period, self.steps)
+        return PlanProblem(stages, self._weights, ca.SX(self.K), N, self.sweeps, t, target, window, self._rows)
+
+    def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
+        """The states and outputs with soft limits, (nr, 1)."""
+        if not self.limited:
+            return ca.SX(0, 1)
+        signals = Signals(self.model.states.view(x))
+        if any(name not in signals for name in self.limited):
+            outputs = self.model.outputs + self.model.truths
+            signals = call_block(self.model, "measure", outputs, t, signals) | signals
+        return ca.densify(ca.vertcat(*(ca.vec(ca.SX(signals[name])) for name in self.limited)))
+
+    def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
+        """The plan of a period."""
+        nx, nu, N = self._counts
+        x = ca.reshape(z["plan_x"], nx, N) + ca.repmat(ca.SX(self.x0), 1, N)
+        u = ca.reshape(z["plan_u"], nu, N) + ca.repmat(ca.SX(self.u0), 1, N)
+        begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
+        parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
+        problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)
+
+        def iteration(column: ca.SX, begin: ca.SX) -> tuple[ca.SX, ...]:
+            return (problem.iterate(begin, NonlinearPlan.of(column, N, nx, nu)).column,)
+
+        (column,) = bounded_loop(self.iterations, iteration, last.column, constants=(begin,))
+        return NonlinearPlan.of(column, N, nx, nu)
