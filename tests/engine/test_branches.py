@@ -117,6 +117,22 @@ def test_carried_numbers_stay_where_they_are_if_no_other_choice_reads_them():
 
 
 @needs_llvmlite
+def test_a_loop_inside_reads_the_carried_numbers_as_they_were():
+    size = 4
+
+    def body(c, row):
+        (_, read) = bounded_loop(size, lambda none, one: (none, heavy(one, 1)), ca.SX(0, 1), c.T)
+        return ca.if_else(row > 0, ca.vertcat(*(heavy(c[i], i) for i in range(size))), c), ca.sum2(read)
+
+    ode = equation(body, size)
+    p = ode.parameters.pack({"p": np.linspace(-3.0, 3.0, 21)})
+    span = {"until": 1.0, "every": 0.1, "arithmetic": "fused"}
+    numpy, compiled = (simulate(rk4(ode, 0.1), p, engine=engine, **span).x for engine in ("numpy", "native"))
+    np.testing.assert_array_equal(numpy.view(np.uint64), compiled.view(np.uint64))
+    assert not branches(rk4(ode, 0.1))[0].kept
+
+
+@needs_llvmlite
 def test_kept_numbers_have_the_bits_of_numpy():
     size = MOST_REGISTERS + 4
 

@@ -116,6 +116,8 @@ def _branch(
         and not users[place]
         and _carried_entry(graph, graph.nodes[place].operands[2]) == entry
     }
+    if any(node.op == "carried" and not _has_items_alone(graph, users[i]) for i, node in enumerate(graph.nodes)):
+        kept = {}  # a loop inside reads the array, before the branch or behind it
     inside = _inside(graph, users, choices, kept, taken)
     while bound := _read_elsewhere(graph, kept, choices, inside):
         kept = {place: entry for place, entry in kept.items() if place not in bound}
@@ -166,6 +168,11 @@ def _inside(
         if all(user in inside or (user in choices and is_value(user, place)) for user in users[place]):
             inside.add(place)
     return inside
+
+
+def _has_items_alone(graph: Graph, users: Sequence[int]) -> bool:
+    """True if an array with these users is read number by number."""
+    return all(graph.nodes[i].op == "item" for i in users)
 
 
 def _carried_entry(graph: Graph, place: int) -> int | None:
