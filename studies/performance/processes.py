@@ -34,6 +34,14 @@ def kernel_load() -> dict[str, Any]:
     return {"load": process_time() - begin}
 
 
+def least_time() -> dict[str, Any]:
+    """The plan of least time of the arm, and the seconds of a core that all of this process took, imports included."""
+    from studies.performance.plan_rate import planned
+
+    planned()
+    return {"cpu": process_time()}
+
+
 def chain(n: int) -> wb.core.StepMap:
     """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
     import workbench as wb

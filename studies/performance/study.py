@@ -18,6 +18,8 @@ from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
 from studies.performance.peers import IN_MATRICES, PEERS
 from studies.performance.pid_rate import pid_rows
+from studies.performance.plan_rate import plan_rows
+from studies.performance.predictive_rate import predictive_rows
 from studies.performance.synthesis_rate import synthesis_rows
 
 EFFORT = Effort()
@@ -28,6 +30,8 @@ rows = cache(
         *pid_rows(EFFORT),
         *synthesis_rows(EFFORT),
         *fit_rows(EFFORT),
+        *predictive_rows(EFFORT),
+        *plan_rows(EFFORT),
         *live_rows(EFFORT),
     )
 )

@@ -29,7 +29,9 @@ class Emission(AbstractLoopEmission):
         block: str = "",
         room: Room = NO_ROOM,
     ) -> None:
-        self.block, self.room, self.registers, self.labels = block, room, {}, itertools.count(1)
+        self.block, self.room, self.labels = block, room, itertools.count(1)
+        self.registers: dict[str, list[str]] = {}
+        self.kept: dict[str, tuple[str, int]] = {}
         self.width = width
         self.fused_products = fused_products
         self.prefix = prefix

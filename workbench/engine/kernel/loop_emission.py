@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import cast
 
-from workbench.engine.kernel.graph import Graph, length
+from workbench.engine.kernel.graph import Graph, GraphLoop, length
 from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Part, Parts
 
 MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them
@@ -22,6 +23,20 @@ def room_of(graph: Graph) -> int:
         if node.loop is not None:
             total += node.loop.carry_size + sum(node.loop.result_sizes) * node.loop.count + room_of(node.loop.body)
     return total
+
+
+@lru_cache(maxsize=128)
+def waits_in_loops(graph: Graph) -> bool:
+    """True if a graph has loops, and the numbers that each of them carries fit into the registers for two blocks."""
+    loops = list(_loops(graph))
+    return bool(loops) and all(2 * one.carry_size <= MOST_REGISTERS or not one.carries_items for one in loops)
+
+
+def _loops(graph: Graph) -> Iterator[GraphLoop]:
+    """All loops of a graph, and those within their bodies."""
+    for loop in (node.loop for node in graph.nodes if node.loop is not None):
+        yield loop
+        yield from _loops(loop.body)
 
 
 class Room:
@@ -43,17 +58,26 @@ class AbstractLoopEmission(ABC):
     ----------
     registers
         The numbers of the arrays that are registers.
+    kept
+        The arrays and places of numbers that a branch has left or put where they are.
     labels
         The numbers of the next labels.
     """
 
+    width: int
     type: str
+    flags: str
     prefix: str
     lines: list[str]
     block: str
     room: Room
     registers: dict[str, list[str]]
+    kept: dict[str, tuple[str, int]]
     labels: Iterator[int]
+
+    @abstractmethod
+    def do(self, operation: str, *operands: str) -> str:
+        """One operation; its name."""
 
     @abstractmethod
     def line(self, text: str) -> str:
@@ -103,6 +127,8 @@ class AbstractLoopEmission(ABC):
                 self._copy(self.line(f"getelementptr {self.type}, ptr {place}, i64 {first}"), part.value, part.length)
             else:
                 for i, name in enumerate(self._numbers([part])):
+                    if self.kept.get(name) == (place, first + i):
+                        continue
                     pointer = self.line(f"getelementptr {self.type}, ptr {place}, i64 {first + i}")
                     self.lines.append(f"  store {self.type} {name}, ptr {pointer}")
             first += part.size
@@ -116,6 +142,33 @@ class AbstractLoopEmission(ABC):
             self.lines.append(f"  store {self.type} {value}, ptr {pointer}")
 
         self._repeat(size, entry)
+
+    # of branches
+
+    def branch(
+        self, condition: str, old: Sequence[str], kept: Sequence[tuple[str, int]], new: Callable[[], Iterator[str]]
+    ) -> Sequence[str]:
+        """The new values where a condition holds, whose lines are run if it holds in some lane; elsewhere old ones."""
+        label, before = f"{self.prefix}_branch_{next(self.labels)}", self.block
+        in_place = [one for one in kept if one[0] not in self.registers]
+        old = [*old, *(self.item(*one) for one in kept if one[0] in self.registers)]
+        some = self.line(f"call i1 @llvm.vector.reduce.or.v{self.width}i1({self.flags} {condition})")
+        self.lines += [f"  br i1 {some}, label %{label}, label %{label}_end", f"{label}:"]
+        self.block = label
+        values = new()
+        chosen = [self.do("select", condition, next(values), value) for value in old]
+        for array, place in in_place:
+            value = self.do("select", condition, next(values), self.item(array, place))
+            pointer = self.line(f"getelementptr {self.type}, ptr {array}, i64 {place}")
+            self.lines.append(f"  store {self.type} {value}, ptr {pointer}")
+        after = self.block
+        self.lines += [f"  br label %{label}_end", f"{label}_end:"]
+        self.block = f"{label}_end"
+        pairs = zip(old, chosen, strict=True)
+        joined = [self.line(f"phi {self.type} [ {a}, %{before} ], [ {b}, %{after} ]") for a, b in pairs]
+        ends = [self.item(*one) for one in in_place]
+        self.kept.update(zip(ends, in_place, strict=True))
+        return [*joined, *ends]
 
     # of loops
 

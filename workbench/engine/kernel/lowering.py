@@ -158,11 +158,13 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
         steps = e.splat("%k", "i64")
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
-    before = Emission(graph, width, fused_products, "u", outside)
     room = Room("%scratch", len(plan.lanes))
+    before = Emission(graph, width, fused_products, "u", outside, "block", room)
     body = Emission(graph, width, fused_products, "v", inside, "step", room)
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
+    before.evaluation.make(plan.fixed_arrays)
+    body.evaluation.arrays |= {place: before.evaluation.arrays[place] for place in plan.fixed_arrays}
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results[: plan.states]]
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)

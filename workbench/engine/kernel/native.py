@@ -14,12 +14,13 @@ import numpy as np
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import BLOCKS_OF_A_LOT, Job, JobPiece, Progress, lots, parallel_map, stages
 from workbench.engine.kernel import llvm
+from workbench.engine.kernel.loop_emission import waits_in_loops
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import KernelPlan
 
 FEW = 4  # runs that are served faster by vectors of so many
 WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
-ALIGNMENT = 64  # bytes: what the widest vector loads ask for
+ALIGNMENT = 128  # bytes: what the widest vector loads ask for
 
 
 # The steps of blocks that each plan has marched in this process.
@@ -54,7 +55,8 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, `width` runs side by side."""
     job.check(x)
     kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
-    made, parts = _kernel(job, kept, width), lots(job, width)
+    made = _kernel(job, kept, width)
+    width, parts = made.width, lots(job, made.width)
     done, total = 0.0, kept * job.stride
 
     def advance(stage: list[JobPiece], lot: slice) -> None:
@@ -74,11 +76,16 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
 
 def _kernel(job: Job, kept_rows: int, width: int) -> Kernel:
-    """The kernel of a job, compiled with few optimisations as long as its plan has marched little."""
-    plan = job.plan
-    steps = _steps_marched.get(plan, 0) + -(-len(job.p) // width) * kept_rows * job.stride
+    """The kernel of a job, compiled with few optimisations as long as its plan has marched little.
+
+    Where the values of loops wait for each other, two vectors of a register's length side by side use it better.
+    """
+    plan, runs = job.plan, len(job.p)
+    steps = _steps_marched.get(plan, 0) + -(-runs // width) * kept_rows * job.stride
     _steps_marched[plan] = steps
-    return kernel(plan, width, steps < WORTH_COMPILING, job.fused_products)
+    haste = steps < WORTH_COMPILING
+    pairs = runs > width == llvm.lanes() and not haste and waits_in_loops(plan.graph)
+    return kernel(plan, 2 * width if pairs else width, haste, job.fused_products)
 
 
 def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: list[JobPiece]) -> None:

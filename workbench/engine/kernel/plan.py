@@ -8,14 +8,15 @@ from functools import cached_property, lru_cache
 from typing import Generic, NamedTuple
 
 from workbench.core import StepMap
+from workbench.engine.kernel.branches import Branch, schedule
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
-from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
+from workbench.engine.kernel.graph import ARRAYS, Graph, GraphLoop, Level, Node, length
 from workbench.engine.kernel.graph_rewriting import rewrite
 from workbench.engine.kernel.loop_emission import room_of
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
-from workbench.engine.machines.loop_machine import Adopt, LoopingMachine, LoopShape, Part, Pass
+from workbench.engine.machines.loop_machine import Adopt, BranchingMachine, LoopingMachine, LoopShape, Part, Pass
 from workbench.engine.machines.machine import MachineNumber, MachineTruth, Value, select
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 
@@ -98,6 +99,12 @@ class KernelPlan:
         return len(self.lanes) + room_of(self.graph)
 
     @cached_property
+    def fixed_arrays(self) -> tuple[int, ...]:
+        """The arrays of numbers that are all made once a run."""
+        moving, nodes = {*self.inside, *self.aside, *self.per_step}, self.graph.nodes
+        return tuple(i for i in self.inside if nodes[i].op == "array" and moving.isdisjoint(nodes[i].operands))
+
+    @cached_property
     def behind_table(self) -> tuple[int, ...]:
         """The nodes made once a run that the table needs."""
         return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
@@ -169,7 +176,38 @@ class Evaluation(Generic[Value]):
     def make(self, places: Iterable[int]) -> None:
         """The values of these nodes, whose operands are made before them or loaded."""
         for place in places:
-            self._make(place, self.graph.nodes[place])
+            if place not in self.arrays:
+                self._make(place, self.graph.nodes[place])
+
+    def make_body(self, loop: GraphLoop) -> None:
+        """The values of the body of a loop, with its branches where the machine has them."""
+        if not isinstance(self.machine, BranchingMachine):
+            self.make(range(len(loop.body.nodes)))
+            return
+        is_of_numbers = loop.parts[0] == loop.carry_size
+        for one in schedule(loop.body, loop.body.results[: loop.carry_size] if is_of_numbers else ()):
+            if isinstance(one, Branch):
+                self._make_branch(self.machine, one)
+            else:
+                self._make(one, self.graph.nodes[one])
+
+    def _make_branch(self, machine: BranchingMachine[Value], branch: Branch) -> None:
+        """The choices of a branch; what is made inside of it is not known outside."""
+        nodes = self.graph.nodes
+        condition = self.truth(branch.condition).value
+        old = [self.value(nodes[place].operands[2]) for place in branch.choices]
+        kept = [(self.arrays[branch.carried], entry) for entry in branch.kept.values()]
+        known = dict(self.numbers), dict(self.truths), dict(self.angles)
+
+        def new() -> Iterator[Value]:
+            for place, inside in zip(branch.places, branch.inside, strict=True):
+                self.make(inside)
+                yield self.value(nodes[place].operands[1])
+
+        values = machine.branch(condition, old, kept, new)
+        self.numbers, self.truths, self.angles = known
+        for place, value in zip(branch.places, values, strict=True):
+            self.numbers[place] = MachineNumber(self.machine, value)
 
     def value(self, place: int) -> Value:
         """The machine's own object for a value."""
@@ -247,7 +285,7 @@ class Evaluation(Generic[Value]):
                 return adopt(shared[entry]) if op == "shared" else own[0 if op == "carried" else 1 + entry]
 
             inner = Evaluation(loop.body, machine, load, self.functions)
-            inner.make(range(len(loop.body.nodes)))
+            inner.make_body(loop)
             return loop.split([inner.part(place) for place in loop.body.results])
 
         shape = LoopShape(

@@ -5,9 +5,9 @@ All machines pass a loop in the same order, so a loop has the bits of the operat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeAlias
+from typing import Generic, Protocol, TypeAlias, runtime_checkable
 
 from workbench.engine.machines.machine import Machine, Value
 
@@ -66,3 +66,21 @@ class LoopingMachine(Machine[Value], Protocol[Value]):
 
     def loop(self, shape: LoopShape, start: Parts[Value], rows: Sequence[Value], body: Body[Value]) -> Sequence[Value]:
         """The arrays of the carried values at the end, and of all rows that the passes made."""
+
+
+@runtime_checkable
+class BranchingMachine(Protocol[Value]):
+    """A machine that leaves out lines which no run needs."""
+
+    def branch(
+        self,
+        condition: Value,
+        old: Sequence[Value],
+        kept: Sequence[tuple[Value, int]],
+        new: Callable[[], Iterator[Value]],
+    ) -> Sequence[Value]:
+        """The values that `new` makes where a truth holds, and elsewhere those of `old` and the entries of `kept`.
+
+        The lines of `new` are run only if the truth holds in some lane. An entry, by its array and place, may be
+        written as soon as its new value is made.
+        """
