@@ -1,0 +1,232 @@
+"""The findings on predictive and linear laws, on what limits are worth, and on the laws for the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import workbench as wb
+from studies.d2_planning.batches import AGAIN, DELAYED, DRAWS
+from studies.d2_planning.choices import CANDIDATES, TRAINING
+from studies.d2_planning.designs import BY_KEY, laws_of
+from studies.d2_planning.evidence import MARGIN, OTHERS, PRIMARY, STATISTICS, WEIGHTS, Condition, Evidence
+from studies.d2_planning.laws_section import cost_words, ratio_words
+from studies.d2_planning.problems import PROBLEMS
+
+RIVALS = ("governor", "lqr", "lqi")
+MPC, OTHER, NEITHER = "MPC", "the linear law", "neither"
+TIGHT, ALWAYS, NEVER, MIXED = "at tight limits", "at all limits", "at no limits", "at others"
+INFORMATION = (
+    "All laws of a plant read the same noisy and coarse readings through the same steady Kalman filter, which has the "
+    "model's numbers and estimates a disturbance of each input. All know the limits, and have the same period."
+)
+FITS = (
+    f"Each law chose its own numbers among {CANDIDATES} candidates, by the number of lost runs and the mean cost in "
+    f"{TRAINING} training runs with other draws and noise."
+)
+SAMPLE = f"{DRAWS} draws of the plant's numbers, the start, the target and the noise, the same for all laws."
+ASSUMED = "The sizes of what is acceptable in the cost, the ranges of the draws, and the horizons of the predictive law."
+
+
+def orders(evidence: Evidence, conditions: Sequence[Condition], rival: str, words: str = "") -> list[str]:
+    """The order of MPC and a rival at each condition."""
+    return [evidence.order(at, BY_KEY[rival], words) for at in conditions]
+
+
+def verdict(found: Sequence[str]) -> str:
+    """The side that is lower at more of some conditions."""
+    low, high = found.count("below"), found.count("above")
+    return MPC if low > high else OTHER if high > low else NEITHER
+
+
+def counted(found: Sequence[str]) -> str:
+    """The counts in words."""
+    return f"MPC lower {found.count('below')}, higher {found.count('above')}, neither {found.count('undecided')}"
+
+
+def usual(level: float = 1.0, kind: str = "") -> list[Condition]:
+    """The condition of each plant at a level that all have."""
+    return [Condition(key, level, kind) for key in PROBLEMS]
+
+
+def tightest(kind: str = "") -> list[Condition]:
+    """The condition of each plant at its tightest limits."""
+    return [Condition(problem.key, problem.levels[0], kind) for problem in PROBLEMS.values()]
+
+
+def widest() -> list[Condition]:
+    """The condition of each plant at its widest limits."""
+    return [Condition(problem.key, problem.levels[-1]) for problem in PROBLEMS.values()]
+
+
+def predictive(evidence: Evidence) -> wb.Finding:
+    """MPC beside clipped LQR at the usual limits."""
+    base = orders(evidence, usual(), "lqr")
+    ratios = "; ".join(f"{PROBLEMS[at.problem].name} {ratio_words(evidence, at, 'lqr')}" for at in usual())
+    variations = []
+    for rival in RIVALS:
+        places = {
+            "usual limits": usual(),
+            "tightest limits": tightest(),
+            "tightest limits, tuned there": tightest(AGAIN),
+            "widest limits": widest(),
+            "usual limits, a delay that no law knows": usual(1.0, DELAYED),
+        }
+        for words, conditions in places.items():
+            if (rival, words) == ("lqr", "usual limits"):
+                continue
+            found = orders(evidence, conditions, rival)
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+        for at in usual():
+            found = orders(evidence, [at], rival)
+            words = f"{BY_KEY[rival].name}, {PROBLEMS[at.problem].name} alone"
+            variations.append(wb.Variation(words, verdict(found), ratio_words(evidence, at, rival)))
+        for words in WEIGHTS:
+            found = orders(evidence, usual(), rival, words)
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+        for words, statistic in STATISTICS.items():
+            found = [evidence.order_by(at, BY_KEY[rival], statistic) for at in usual()]
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+    low, high = base.count("below"), base.count("above")
+    return wb.Finding(
+        name="predictive_law",
+        statement=f"At the usual limits, MPC has a significantly lower mean cost than clipped LQR on {low} of "
+        f"{len(base)} plants, and a higher one on {high}.",
+        evidence=f"The mean cost of clipped LQR over that of MPC: {ratios}. Both have the same observer, which knows "
+        "the clipped input, so that nothing winds up.",
+        statistic="The difference of the mean costs; significant if its whole interval lies beyond "
+        f"{100 * MARGIN:g} % and the errors of the step. The intervals of all laws, plants and limits hold at once at "
+        "95 %.",
+        sample=SAMPLE,
+        information=INFORMATION,
+        assumptions=ASSUMED,
+        fitted_numbers=FITS,
+        answer=verdict(base),
+        variations=tuple(variations),
+        limitations="Limits of states, rates of inputs, longer horizons, targets that are known ahead, and models that "
+        "are linearised along a motion.",
+    )
+
+
+def where(evidence: Evidence, problem: str, rival: str, statistic: str = "") -> str:
+    """The limits at which MPC is significantly better than a rival."""
+    law, found = BY_KEY[rival], []
+    for level in PROBLEMS[problem].levels:
+        at = Condition(problem, level)
+        order = evidence.order_by(at, law, statistic) if statistic else evidence.order(at, law)
+        found.append(order == "below")
+    if all(found):
+        return ALWAYS
+    if not any(found):
+        return NEVER
+    count = sum(found)
+    return TIGHT if all(found[:count]) else MIXED
+
+
+def most_common(answers: Sequence[str]) -> str:
+    """The answer of more than half of some plants, or `MIXED`."""
+    best = max(set(answers), key=list(answers).count)
+    return best if 2 * list(answers).count(best) > len(answers) else MIXED
+
+
+def first_loss(evidence: Evidence, problem: str, key: str) -> str:
+    """The widest level at which a law loses runs, in words."""
+    law = BY_KEY[key]
+    for level in reversed(PROBLEMS[problem].levels):
+        if lost := evidence.lost(Condition(problem, level), law):
+            return f"{law.name} loses {lost} at level {level:g}"
+    return ""
+
+
+def limits(evidence: Evidence) -> wb.Finding:
+    """What limits are worth."""
+    base = {key: where(evidence, key, "lqr") for key in PROBLEMS}
+    ratios = "; ".join(
+        f"{PROBLEMS[at.problem].name} {ratio_words(evidence, at, 'lqr')}, and "
+        f"{ratio_words(evidence, wide, 'lqr')} at the widest"
+        for at, wide in zip(tightest(), widest(), strict=True)
+    )
+    losses = "; ".join(
+        f"{problem.name}: {', '.join(found)}"
+        for problem in PROBLEMS.values()
+        if (found := [one for law in laws_of(problem) if (one := first_loss(evidence, problem.key, law.key))])
+    )
+    variations = [
+        wb.Variation(
+            f"{BY_KEY[rival].name}, {PROBLEMS[key].name} alone",
+            where(evidence, key, rival),
+            ratio_words(evidence, Condition(key, PROBLEMS[key].levels[0]), rival),
+        )
+        for rival in RIVALS
+        for key in PROBLEMS
+    ]
+    variations += [
+        wb.Variation(
+            f"{BY_KEY[rival].name}, all plants", most_common([where(evidence, key, rival) for key in PROBLEMS])
+        )
+        for rival in RIVALS
+        if rival != "lqr"
+    ]
+    variations += [
+        wb.Variation(
+            f"clipped LQR by the {words}",
+            most_common([where(evidence, key, "lqr", statistic) for key in PROBLEMS]),
+        )
+        for words, statistic in STATISTICS.items()
+    ]
+    return wb.Finding(
+        name="worth_of_planning_limits",
+        statement=f"MPC has a lower mean cost than clipped LQR {most_common(list(base.values()))}: "
+        + "; ".join(f"{PROBLEMS[key].name} {answer}" for key, answer in base.items())
+        + ".",
+        evidence=f"The mean cost of clipped LQR over that of MPC at the tightest limits: {ratios}. The widest limits "
+        f"at which runs are lost: {losses or 'none are lost'}.",
+        statistic="The levels of the limits at which the mean cost of MPC is significantly lower; a lost run makes a "
+        "mean infinite.",
+        sample=SAMPLE,
+        information=INFORMATION,
+        assumptions=f"{ASSUMED} The numbers of each law stay those of the usual limits.",
+        fitted_numbers=FITS,
+        answer=most_common(list(base.values())),
+        variations=tuple(variations),
+        limitations="Limits of states, and limits that a law does not know.",
+    )
+
+
+def arm_laws(evidence: Evidence) -> wb.Finding:
+    """The laws on the arm at the usual limits."""
+    at, problem = Condition("arm"), PROBLEMS["arm"]
+    base = evidence.judge(at).by[PRIMARY.words]
+    figures = ", ".join(f"{law.name} {cost_words(evidence, at, law.key)}" for law in laws_of(problem))
+    others = {f"level {level:g}": Condition("arm", level) for level in problem.levels if level != 1.0}
+    others["tightest limits, tuned there"] = Condition("arm", problem.levels[0], AGAIN)
+    others["a delay that no law knows"] = Condition("arm", 1.0, DELAYED)
+    variations = [
+        wb.Variation(words, place.by[PRIMARY.words].answer)
+        for words, place in ((words, evidence.judge(where)) for words, where in others.items())
+    ]
+    variations += [wb.Variation(f"by the {one.words}", evidence.judge(at).by[one.words].answer) for one in OTHERS]
+    variations += [wb.Variation(words, evidence.judge(at, words).by[PRIMARY.words].answer) for words in WEIGHTS]
+    return wb.Finding(
+        name="laws_for_the_arm",
+        statement=f"On the arm at its usual limits, the lowest mean cost is: {base.answer}.",
+        evidence=f"The mean costs, or lost runs: {figures}. The linear laws, MPC among them, use one linear model about the "
+        "usual target; computed torque, SMC and AOSMC-RGS use the model of the arm at each pose.",
+        statistic="The law whose mean cost is significantly below that of each other, else the laws between which the "
+        "runs do not decide. Intervals of all laws, plants and limits hold at once at 95 %.",
+        sample=SAMPLE,
+        information=INFORMATION,
+        assumptions=f"{ASSUMED} AOSMC-RGS has the four repairs of report a1; computed torque and SMC add the estimate "
+        "of the disturbance.",
+        fitted_numbers=f"{FITS} Of AOSMC-RGS the slope, the layer and the size of K(0); P(0), Q and R are the paper's.",
+        answer=base.answer,
+        variations=tuple(variations),
+        limitations="Motions along a path, for which report a8 compares the paper's laws.",
+        is_decided=base.best is not None or any(base.answer != one.answer for one in variations),
+    )
+
+
+def spans(values: Sequence[float]) -> str:
+    """The least and the largest of some numbers in words."""
+    return f"{np.min(values):.3g} to {np.max(values):.3g}"
