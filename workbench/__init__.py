@@ -17,7 +17,8 @@ _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.bounded_loop": "bounded_loop",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive PID ScheduledLaw StateFeedback TrajectoryFeedback",
+    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive NonlinearPredictive PID ScheduledLaw "
+    "StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
@@ -35,7 +36,7 @@ _ROOMS = {
     "engine": "simulate",
     "engine.reference": "reference_run",
     "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
-    "planning": "predictive_design",
+    "planning": "nonlinear_predictive_design predictive_design",
     "design": "linearize",
     "design.frequency": "bandwidth c2d condition_number d2c h2_norm hinf_norm pole_zero_structure relative_gains "
     "stability_margins",

@@ -22,6 +22,7 @@ from workbench.blocks.laws import (
     LimitedLaw,
     LinearLaw,
     ModelPredictive,
+    NonlinearPredictive,
     ScheduledLaw,
     StateFeedback,
     TrajectoryFeedback,
@@ -155,7 +156,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
-from workbench.planning import predictive_design
+from workbench.planning import nonlinear_predictive_design, predictive_design
 from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -241,6 +242,7 @@ __all__ = [
     "LoopLimits",
     "Manipulator",
     "ModelPredictive",
+    "NonlinearPredictive",
     "Observer",
     "Ode",
     "OdePlant",
@@ -350,6 +352,7 @@ __all__ = [
     "metrics",
     "mixed_sensitivity",
     "nichols",
+    "nonlinear_predictive_design",
     "notation",
     "nyquist",
     "open_loop",

@@ -22,6 +22,7 @@ _FILES = {
     "exact_mpc limited_target move_bound mpc_problem no_memory offset_free operation_count plan_gap "
     "prediction_maps predictive_design recursion_numbers sampled_loss sampled_mpc solve_period splitting_numbers "
     "terminal_set tune_splitting",
+    "nonlinear_mpc": "NonlinearPredictiveDesign nonlinear_predictive_design",
     "trajectories": "Funnel Phase Plan PlanCertificate PlanConflictError PlanItem PlanOptions TrajectoryRegulator "
     "funnel plan trajectory_lqr",
 }

@@ -40,6 +40,7 @@ from workbench.planning.linear_mpc import (
     terminal_set,
     tune_splitting,
 )
+from workbench.planning.nonlinear_mpc import NonlinearPredictiveDesign, nonlinear_predictive_design
 from workbench.planning.trajectories import (
     Funnel,
     Phase,
@@ -64,6 +65,7 @@ __all__ = [
     "MpcConflictError",
     "MpcLimits",
     "MpcSolution",
+    "NonlinearPredictiveDesign",
     "OffsetFree",
     "OperationCount",
     "Phase",
@@ -90,6 +92,7 @@ __all__ = [
     "move_bound",
     "mpc_problem",
     "no_memory",
+    "nonlinear_predictive_design",
     "offset_free",
     "operation_count",
     "plan",

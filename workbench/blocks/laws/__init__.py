@@ -7,6 +7,7 @@ Its ports declare the signals that it reads, follows and drives. Read `state_fee
 from workbench.blocks.laws.cascade import Cascade
 from workbench.blocks.laws.limited_law import LimitedLaw
 from workbench.blocks.laws.model_predictive import ModelPredictive
+from workbench.blocks.laws.nonlinear_predictive import NonlinearPredictive
 from workbench.blocks.laws.pid import PID
 from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
@@ -17,6 +18,7 @@ __all__ = [
     "Cascade",
     "LimitedLaw",
     "ModelPredictive",
+    "NonlinearPredictive",
     "PID",
     "ScheduledLaw",
     "StateFeedback",

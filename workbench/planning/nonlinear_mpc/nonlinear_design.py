@@ -1,0 +1,227 @@
+"""The design of a nonlinear predictive law: weights, limits by name, and the cost and the law behind the horizon."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core.point import OperatingPoint
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, known_name, positive, refusal, seconds, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.control_system import System
+from workbench.design.matrices import DesignError, definite, semidefinite
+from workbench.design.riccati.regulators import is_system
+from workbench.planning.linear_mpc.limit_rows import Pair, bounds
+from workbench.planning.linear_mpc.linear_problem import LONGEST_HORIZON, regulator
+
+MOST_SWEEPS, MOST_ITERATIONS, MOST_STEPS = 1000, 1000, 1000
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class NonlinearPredictiveDesign:
+    """A nonlinear predictive law as it is designed: `NonlinearPredictive.of(plant, design)` makes the law.
+
+    Parameters
+    ----------
+    states, inputs
+        The names of the plant's states and inputs.
+    period, horizon
+        The period of the computer in s, and the number N of stages.
+    sweeps, iterations, steps
+        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
+        stage.
+    Q, R, P
+        The weights of a stage, (nx, nx) and (nu, nu), and of the end, (nx, nx).
+    K
+        (nu, nx), the gain of the law behind the horizon, whose cost is e'P e without limits unless P was given.
+    A, B
+        (nx, nx) and (nx, nu), the Jacobians of a stage at the rest.
+    low, high
+        (nu,), the limits of the inputs.
+    limited, row_low, row_high, row_weight
+        The names of states and outputs with soft limits, these, and their weights.
+    x0, u0
+        (nx,) and (nu,), the rest.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    period: float
+    horizon: int
+    sweeps: int
+    iterations: int
+    steps: int
+    Q: Array
+    R: Array
+    P: Array
+    K: Array
+    A: Array
+    B: Array
+    low: Array
+    high: Array
+    limited: tuple[str, ...]
+    row_low: Array
+    row_high: Array
+    row_weight: Array
+    x0: Array
+    u0: Array
+
+    def __repr__(self) -> str:
+        limits = zip(self.inputs, self.low, self.high, strict=True)
+        names = [name for name, low, high in limits if np.isfinite([low, high]).any()]
+        hard, soft = ", ".join(names) or "none", f", soft on {', '.join(self.limited)}" if self.limited else ""
+        return (
+            f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
+            f"{self.sweeps} sweeps, {self.iterations} linearisation{'s' if self.iterations > 1 else ''} a period>"
+        )
+
+    @property
+    def law_arguments(self) -> Mapping[str, object]:
+        """The arguments of `NonlinearPredictive`."""
+        names = ("horizon", "period", "sweeps", "iterations", "steps", "Q", "R", "P", "K", "low", "high", "limited")
+        more = ("row_low", "row_high", "row_weight", "x0", "u0")
+        own = {name: getattr(self, name) for name in (*names, *more)}
+        return {"state_names": self.states, "input_names": self.inputs, **own}
+
+
+@check_arguments
+def nonlinear_predictive_design(
+    system: System,
+    period: float,
+    Q: Numbers,
+    R: Numbers,
+    horizon: int,
+    *,
+    limits: Mapping[str, Pair] | None = None,
+    soft_weight: float | Mapping[str, float] | None = None,
+    P: Numbers | None = None,
+    sweeps: int = 3,
+    iterations: int = 1,
+    steps: int = 1,
+) -> NonlinearPredictiveDesign:
+    """Design a nonlinear predictive law for a plant that a computer controls once in a period.
+
+    Parameters
+    ----------
+    system
+        The plant linearised at the rest behind the horizon, as `linearize` gives it.
+    period
+        Of the computer in s. A stage of the plan is a period.
+    Q, R, horizon
+        Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
+        the number of stages.
+    limits
+        Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs, which
+        are soft.
+    soft_weight
+        The weight w of a violation d of a soft limit, w d^2 in a stage; one number, or one by name.
+    P
+        Weight of the end, (nx, nx) positive semidefinite. By default it is the cost of the LQR law at the rest, from the
+        certified Riccati solver.
+    sweeps, iterations, steps
+        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
+
+    Raises
+    ------
+    ValueError, LookupError
+        If an argument is out of its range, limits cross, exclude the rest or have no weight, or the plant has no signal
+        of a name.
+    DesignError
+        If the system is sampled already, or no gain stabilises it at the rest.
+
+    References
+    ----------
+    Rawlings, Mayne and Diehl (2017), Model Predictive Control, sections 2.5 and 8.9.
+
+    Examples
+    --------
+    >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
+    <NonlinearPredictiveDesign: 40 stages of 0.02 s, limits on F, 3 sweeps, 1 linearisation a period>
+    """
+    call, h = "nonlinear_predictive_design", seconds("nonlinear_predictive_design(period=...)", period)
+    if not is_system(system) or not hasattr(system, "state_labels"):
+        raise refusal(f"{call}(system)", "a linear plant, as `linearize` returns it", system)
+    if system.dt:
+        raise DesignError(f"`{call}(system)` must be in continuous time, as the law integrates the plant itself.")
+    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
+    nx, nu = len(states), len(inputs)
+    q = semidefinite(f"{call}(Q=...)", "Q", Q, nx)
+    r = definite(f"{call}(R=...)", "R", R, nu)
+    most = {"horizon": LONGEST_HORIZON, "sweeps": MOST_SWEEPS, "iterations": MOST_ITERATIONS, "steps": MOST_STEPS}
+    counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
+    own = {name: whole(f"{call}({name}=...)", counts[name], least=1, most=most[name]) for name in counts}
+    A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, own["steps"])
+    if P is None:
+        K, p = regulator(A, B, q, r)
+    else:
+        p = semidefinite(f"{call}(P=...)", "P", P, nx)
+        K = np.linalg.solve(r + B.T @ p @ B, B.T @ p @ A)
+    point = getattr(system, "point", None)
+    x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
+    outputs = tuple(name for name in system.output_labels if name not in states)
+    ends = _limits(call, limits or {}, (states, inputs, outputs), np.asarray(u0), soft_weight)
+    return NonlinearPredictiveDesign(
+        states=states, inputs=inputs, period=h, **own, Q=q, R=r, P=p, K=K, A=A, B=B, **ends, x0=x0, u0=u0
+    )
+
+
+def stage_slopes(A: Array, B: Array, period: float, steps: int) -> tuple[Array, Array]:
+    """The Jacobians of classical Runge-Kutta steps of a period at a rest, where the rate has the Jacobians A and B."""
+    n, h = len(A), period / steps
+    move, push = np.eye(n), np.zeros((n, n))
+    for order in (4, 3, 2, 1):  # of the Taylor polynomials I + h A + ... and h (I + h A / 2 + ...)
+        push = np.eye(n) + h * A @ push / (order + 1) if order < 4 else np.eye(n)
+        move = np.eye(n) + h * A @ move / order
+    one, own = move, h * push @ B
+    A_all, B_all = one, own
+    for _ in range(steps - 1):
+        A_all, B_all = one @ A_all, one @ B_all + own
+    return A_all, B_all
+
+
+def _limits(
+    call: str,
+    limits: Mapping[str, Pair],
+    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    u0: Array,
+    soft_weight: float | Mapping[str, float] | None,
+) -> dict[str, object]:
+    """The limits of inputs and the soft rows, from those by name."""
+    states, inputs, outputs = names
+    low, high = np.full(len(inputs), -np.inf), np.full(len(inputs), np.inf)
+    soft, rows = list[str](), list[tuple[float, float, float]]()
+    for name, value in limits.items():
+        known_name(name, (*states, *inputs, *outputs), "states, inputs and outputs of the plant")
+        a, b = (float(end[0]) for end in bounds(f"{call}(limits={{{name!r}: ...}})", value, (name,)))
+        if name in inputs:
+            i = inputs.index(name)
+            low[i], high[i] = a, b
+            if not a <= u0[i] <= b:
+                raise ValueError(
+                    f"`{call}(limits=...)` must leave the rest of the plant inside; '{name}' rests at {u0[i]:.4g}. Take "
+                    "another rest, or widen the limit."
+                )
+            continue
+        weight = soft_weight.get(name) if isinstance(soft_weight, Mapping) else soft_weight
+        if weight is None:
+            raise ValueError(
+                f"`{call}(soft_weight=...)` must have a weight for the limit of '{name}', as limits of states and "
+                "outputs are soft: give the cost of a violation by one unit."
+            )
+        soft.append(name)
+        rows.append((a, b, positive(f"{call}(soft_weight=...)", weight)))
+    ends = np.array(rows, dtype=float).reshape(-1, 3)
+    return {
+        "low": low,
+        "high": high,
+        "limited": tuple(soft),
+        "row_low": ends[:, 0].copy(),
+        "row_high": ends[:, 1].copy(),
+        "row_weight": ends[:, 2].copy(),
+    }
