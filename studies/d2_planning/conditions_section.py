@@ -59,9 +59,7 @@ def choice_table(evidence: Evidence) -> wb.document.ReportTable:
             costs = choice.costs[np.isfinite(choice.costs)]
             lossless = int((choice.lost == 0).sum())
             best = float(choice.costs[choice.best])
-            rows.append(
-                (problem.name if k == 0 else "", law.name, knobs, best, float(np.median(costs)), lossless)
-            )
+            rows.append((problem.name if k == 0 else "", law.name, knobs, best, float(np.median(costs)), lossless))
     columns = (
         wb.document.TableColumn("plant", width=12),
         wb.document.TableColumn("law", width=12),

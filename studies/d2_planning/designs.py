@@ -81,7 +81,7 @@ def integral(problem: Problem, knobs: Knobs, share: float = SETTLED) -> Integral
     both = np.block([[Q, np.zeros((n, m))], [np.zeros((m, n)), knobs["integrals"] * np.eye(m)]])
     K = np.asarray(wb.lqr(A, B, both, R, discrete=True).K)
     M = -share * knobs.get("unwinding", 1.0) * np.linalg.inv(K[:, n:])
-    law = IntegralRegulator(target_of(problem), K[:, :n], K[:, n:], M, model.C)
+    law = IntegralRegulator(target_of(problem), K[:, :n], K[:, n:], np.asarray(M, dtype=float), model.C)
     return law.run_every(problem.period)
 
 
@@ -158,7 +158,14 @@ LOAD = Knob("load", 0.1, 10.0)  # of the observer: how fast the disturbance is a
 INPUTS, RATES = Knob("inputs", 1e-3, 10.0), Knob("rates", 1e-3, 1.0)
 LAWS = (
     Law("mpc", "MPC", (LOAD, INPUTS, RATES), ("law.K", "law.S", "law.sigma", "law.W", "law.L"), predictive, 0),
-    Law("governor", "LQR + governor", (LOAD, INPUTS, RATES, Knob("margin", 0.0, 0.1)), ("K", "Phi", "margin"), governed, 1),
+    Law(
+        "governor",
+        "LQR + governor",
+        (LOAD, INPUTS, RATES, Knob("margin", 0.0, 0.1)),
+        ("K", "Phi", "margin"),
+        governed,
+        1,
+    ),
     Law("lqr", "clipped LQR", (LOAD, INPUTS, RATES), ("K",), clipped, 2),
     Law(
         "lqi",

@@ -110,5 +110,5 @@ def step_error(problem: Problem, measurement: wb.metrics.Measurement) -> float:
     for head, acceptable in zip(heads, problem.acceptable, strict=True):
         own = [i for i, one in enumerate(measurement.columns) if one.metric.startswith(head)]
         off += np.sqrt((measurement.errors[:, -1, own] ** 2).sum(axis=1)) / acceptable
-    kept = ~is_lost(problem, terms_of(problem, measurement)[measurement.looked_at])
+    kept = np.logical_not(is_lost(problem, terms_of(problem, measurement)[measurement.looked_at]))
     return float(np.max(off[kept], initial=0.0)) if np.isfinite(off[kept]).all() else float("inf")

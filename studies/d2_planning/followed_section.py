@@ -241,4 +241,6 @@ def plan_table(followed: Followed) -> wb.document.ReportTable:
         f"defect: that of one run from the start. Funnel: of {FUNNEL_RUNS} starts near that of the plan, without noise "
         "and delay and with the model's numbers, the share that stays near the plan, with its interval at 95 %.",
     )
-    return wb.document.ReportTable("plan_certificates", "The plans, and what their certificates say.", columns, tuple(rows), notes)
+    return wb.document.ReportTable(
+        "plan_certificates", "The plans, and what their certificates say.", columns, tuple(rows), notes
+    )

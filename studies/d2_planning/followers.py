@@ -133,4 +133,3 @@ def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
         for follower in FOLLOWERS
         for condition in CONDITIONS
     )
-

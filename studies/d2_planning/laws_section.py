@@ -58,9 +58,7 @@ def cost_table(evidence: Evidence, problem: Problem) -> wb.document.ReportTable:
         f"{DRAWS} draws. Intervals of the mean at a confidence of {100 * CONFIDENCE:.2f} %, so that those of all "
         "plants and limits hold at once. The last three columns are medians of the terms.",
     )
-    return wb.document.ReportTable(
-        f"costs_{problem.key}", f"{name} at its usual limits.", columns, tuple(rows), notes
-    )
+    return wb.document.ReportTable(f"costs_{problem.key}", f"{name} at its usual limits.", columns, tuple(rows), notes)
 
 
 def limits_section(evidence: Evidence) -> wb.Section:
@@ -177,9 +175,7 @@ def other_table(evidence: Evidence) -> wb.document.ReportTable:
         f"Mean cost, or the number of lost runs of {DRAWS}. No law knows of the delay. The predictive law makes "
         f"{SWEEPS} sweeps in a period.",
     )
-    return wb.document.ReportTable(
-        "other_conditions", "The laws under other conditions.", columns, tuple(rows), notes
-    )
+    return wb.document.ReportTable("other_conditions", "The laws under other conditions.", columns, tuple(rows), notes)
 
 
 def cost_words(evidence: Evidence, at: Condition, key: str) -> str:

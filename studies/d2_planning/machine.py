@@ -38,11 +38,12 @@ def cost_on_machine(item: Item) -> Cost:
     problem, law = PROBLEMS[item.problem], BY_KEY[item.law]
     loop = loop_of(problem, law, law.choice(np.full(MOST_KNOBS, 0.4))).ode()
     found = wb.replay(loop, periods=PERIODS, targets=[TARGET], precision="single", substeps=problem.substeps).results[0]
-    figures = found.figures
-    numbers = (figures.instructions, figures.code, figures.stack)
+    figures, nothing = found.figures, float("nan")
     return Cost(
         float(loop.law().step.operations),
-        *(float(one) if found.ran and one is not None else np.nan for one in numbers),
+        nothing if figures.instructions is None else float(figures.instructions),
+        nothing if figures.code is None else float(figures.code),
+        nothing if figures.stack is None else float(figures.stack),
         found.equal,
         found.reason,
     )

@@ -56,7 +56,9 @@ def finding(costs: Mapping[Item, Cost]) -> wb.Finding:
     ]
     variations.append(
         wb.Variation(
-            f"a clock of {SMALL_CLOCK / 1e6:g} MHz", fits(costs, keys, 1, SMALL_CLOCK), most(costs, keys, 1, SMALL_CLOCK)
+            f"a clock of {SMALL_CLOCK / 1e6:g} MHz",
+            fits(costs, keys, 1, SMALL_CLOCK),
+            most(costs, keys, 1, SMALL_CLOCK),
         )
     )
     return wb.Finding(

@@ -81,11 +81,12 @@ class IntegralRegulator(wb.Controller):
         """The sums of the errors."""
         return wb.Layout((wb.core.Entry("z", np.zeros(self.follows.size), ANY),))
 
-    def _free(self, z, est, ref):  # type: ignore[no-untyped-def]
+    def _free(self, z: wb.Signals, est: wb.Signals, ref: wb.Signals) -> tuple[ca.SX, ca.SX]:
         """The command without limits, and the error of the state."""
         r = self.follows.flatten(ref)
         e = self.target.error(est, r)
-        return self.target.disturbance_free_input(r) - self.K @ e - self.Ki @ z["z"], e
+        w: ca.SX = self.target.disturbance_free_input(r) - self.K @ e - self.Ki @ z["z"]
+        return w, e
 
     def command(self, t, z, est, ref):  # type: ignore[no-untyped-def]
         """The clipped command."""
@@ -137,7 +138,7 @@ class GovernedRegulator(wb.Controller):
         v = wb.core.Entry("v", np.zeros(self.follows.size), ANY)
         return wb.Layout((v, wb.core.Entry("begun", np.zeros(()), "1")))
 
-    def _governed(self, z, est, ref):  # type: ignore[no-untyped-def]
+    def _governed(self, z: wb.Signals, est: wb.Signals, ref: wb.Signals) -> ca.SX:
         """The reference v of this period."""
         r, own = self.follows.flatten(ref), self.target
         x = own.states.flatten({n: est[n] for n in own.states.names})
@@ -152,7 +153,8 @@ class GovernedRegulator(wb.Controller):
         small = ca.fabs(slope) < 1e-12
         most = ca.if_else(slope > 0, high - at, low - at) / ca.if_else(small, 1.0, slope)
         kappa = ca.fmin(ca.fmax(ca.mmin(ca.if_else(small, 1.0, most)), 0.0), 1.0)
-        return v + kappa * (r - v)
+        following: ca.SX = v + kappa * (r - v)
+        return following
 
     def command(self, t, z, est, ref):  # type: ignore[no-untyped-def]
         """The command of the LQR law that follows v."""
@@ -195,7 +197,7 @@ class TargetPredictive(wb.Controller):
         """That of the predictive law."""
         return self.law.memory
 
-    def _about_rest(self, est, ref):  # type: ignore[no-untyped-def]
+    def _about_rest(self, est: wb.Signals, ref: wb.Signals) -> tuple[wb.ModelPredictive, wb.Signals, ca.SX]:
         """The law with the limits about the rest, the error of the state, and the input of the rest."""
         r, own = self.follows.flatten(ref), self.target
         u_s = own.input(est, r)

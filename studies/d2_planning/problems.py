@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -82,11 +82,12 @@ class LinearModel:
     G: wb.Array
 
 
-@lru_cache(maxsize=None)
+@cache
 def linear_model(key: str) -> LinearModel:
     """The linear model of a problem."""
     problem = PROBLEMS[key]
-    linear = continuous_model(problem)
+    ode = wb.open_loop(problem.plant)
+    linear = wb.linearize(ode, 0.0, np.array(problem.x0), u=np.array(problem.u0), at_rest=True)
     sampled = wb.c2d(linear, problem.period)
     labels = [label for label in linear.output_labels if label.partition("[")[0] in problem.followed]
     C = np.asarray(linear.C)[[linear.output_labels.index(label) for label in labels]]
@@ -97,17 +98,15 @@ def linear_model(key: str) -> LinearModel:
     return LinearModel(A, B, C, rest[:n], rest[n:])
 
 
-def continuous_model(problem: Problem) -> wb.linear.PointedSpace:
-    """The plant linearised at its rest."""
-    return wb.linearize(wb.open_loop(problem.plant), 0.0, np.array(problem.x0), u=np.array(problem.u0), at_rest=True)
-
-
 def target_of(problem: Problem) -> Target:
     """The target block of a problem."""
     model, plant = linear_model(problem.key), problem.plant
-    numbers = (np.array(one, dtype=float) for one in (problem.x0, problem.u0, problem.r0))
-    limits = (np.array(problem.low, dtype=float), np.array(problem.high, dtype=float))
-    return Target(plant.states, plant.inputs, problem.outputs, problem.unit, *numbers, model.X, model.G, *limits)
+    x0, u0, r0, low, high = (
+        np.array(one, dtype=float) for one in (problem.x0, problem.u0, problem.r0, problem.low, problem.high)
+    )
+    return Target(
+        plant.states, plant.inputs, problem.outputs, problem.unit, x0, u0, r0, model.X, model.G, low=low, high=high
+    )
 
 
 def observer_of(problem: Problem, load: float) -> wb.SteadyKalmanFilter:

@@ -16,16 +16,16 @@ def reference_of(problem: Problem) -> wb.Reference:
     """A constant target; its numbers are drawn."""
     if len(problem.followed) == 1:
         return wb.Constant(problem.followed[0], problem.output_unit, problem.r0)
-    parts = (
-        wb.Constant(name, problem.output_unit, (r,)) for name, r in zip(problem.followed, problem.r0, strict=True)
-    )
+    parts = (wb.Constant(name, problem.output_unit, (r,)) for name, r in zip(problem.followed, problem.r0, strict=True))
     return wb.CombinedReference(tuple(parts))
 
 
 def loop_of(problem: Problem, law: Law, knobs: Knobs, late: bool = False) -> wb.DigitalLoop:
     """A law in the computer of its problem."""
     plant = problem.plant
-    closed = wb.ClosedLoop(plant, observer_of(problem, knobs[LOAD.name]), law.block(problem, knobs), reference_of(problem))
+    closed = wb.ClosedLoop(
+        plant, observer_of(problem, knobs[LOAD.name]), law.block(problem, knobs), reference_of(problem)
+    )
     names = plant.inputs.names
     ends = {
         name: (np.array(problem.low), np.array(problem.high)) if len(names) == 1 else (problem.low[i], problem.high[i])

@@ -60,7 +60,7 @@ class LoadedPlant(wb.Plant):
 class Target:
     """The rest for a reference r and a disturbance d, and the limits of the inputs:
 
-        x_s = x0 + X (r - r0),      u_s = u0 + G (r - r0) + d,      low <= u <= high.
+    x_s = x0 + X (r - r0),      u_s = u0 + G (r - r0) + d,      low <= u <= high.
     """
 
     states: wb.Layout
@@ -80,18 +80,22 @@ class Target:
         """The estimates of the states and of d."""
         return self.states + wb.Layout((wb.core.Entry("d", np.zeros(self.inputs.size), self.unit),))
 
-    def error(self, est, r):  # type: ignore[no-untyped-def]
+    def error(self, est: wb.Signals, r: ca.SX) -> ca.SX:
         """The distance of the state from the rest of a reference, (nx, 1)."""
-        return self.states.flatten({n: est[n] for n in self.states.names}) - self.x0 - self.X @ (r - self.r0)
+        x = self.states.flatten({name: est[name] for name in self.states.names})
+        e: ca.SX = x - self.x0 - self.X @ (r - self.r0)
+        return e
 
-    def input(self, est, r):  # type: ignore[no-untyped-def]
+    def input(self, est: wb.Signals, r: ca.SX) -> ca.SX:
         """The input at the rest of a reference, (nu, 1)."""
-        return self.disturbance_free_input(r) + est["d"]
+        u: ca.SX = self.disturbance_free_input(r) + est["d"]
+        return u
 
-    def disturbance_free_input(self, r):  # type: ignore[no-untyped-def]
+    def disturbance_free_input(self, r: ca.SX) -> ca.SX:
         """The same without a disturbance."""
-        return self.u0 + self.G @ (r - self.r0)
+        u: ca.SX = self.u0 + self.G @ (r - self.r0)
+        return u
 
-    def limit(self, u):  # type: ignore[no-untyped-def]
+    def limit(self, u: ca.SX) -> ca.SX:
         """The command within its limits."""
         return ca.fmin(ca.fmax(u, self.low), self.high)
