@@ -1,29 +1,23 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.plant_stages import NonlinearPlan, PlantStages
-from workbench.blocks.laws.stagewise_sweeps import (
-    Iterate,
-    StageRows,
-    StageWeights,
-    better_flags,
-    choose,
-    solve_stages,
-)
+from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
+from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PlanProblem
+from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.environment import AbstractReference
 from workbench.blocks.loop.wiring import call_block
-from workbench.blocks.observers.observer_model import jacobian
+from workbench.blocks.signals.planned_reference import PlannedReference
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, seconds, whole
-
-SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from the last plan to the solution of a linearised problem
-LARGEST = 1e100  # an estimate beyond it, or none, is no number to plan from
 
 
 @block
@@ -43,8 +37,8 @@ class NonlinearPredictive(AbstractController):
     `NonlinearPredictive.of` makes the law of a design.
 
     The memory `residual` is the largest change of an input by the last sweep, as a share of the distance between its
-    limits, or in its unit if it has no two. `cost` is that of the plan, and `share` that of the step. An estimate that is
-    no finite number is replaced by the state that the plan predicts.
+    limits, or in its unit if it has no two. `cost` is that of the plan. `share` is that of the way to
+    the solution of the linearised problem, 0 for the last plan and -1 for the law behind the horizon.
 
     Parameters
     ----------
@@ -64,7 +58,7 @@ class NonlinearPredictive(AbstractController):
     limited
         Names of states and outputs with soft limits.
     row_low, row_high, row_weight
-        Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage.
+        Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
     x0, u0
         The rest, in the units of the plant.
     follow
@@ -72,12 +66,16 @@ class NonlinearPredictive(AbstractController):
     preview
         A reference of states and inputs by name, such as a `PlannedReference`, that the plan follows stage by stage in
         the place of the rest. The loop must have the same reference.
+    safe_command
+        Inputs (nu,) that the law gives in a period in which a number that it reads is not finite; its plan then waits.
+        It also gives them where no plan has a finite cost, and plans anew. None to leave such numbers to the run, which
+        they end.
 
     References
     ----------
-    Diehl, Bock and Schloeder (2005), A real-time iteration scheme for nonlinear optimization in optimal feedback control,
-    SIAM Journal on Control and Optimization 43. Tassa, Mansard and Todorov (2014), Control-limited differential dynamic
-    programming, ICRA.
+    Diehl, Bock and Schloeder (2005), A real-time iteration scheme for nonlinear optimization in optimal feedback
+    control, SIAM Journal on Control and Optimization 43. Tassa, Mansard and Todorov (2014), Control-limited
+    differential dynamic programming, ICRA.
 
     Examples
     --------
@@ -97,37 +95,41 @@ class NonlinearPredictive(AbstractController):
     K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
     low: Vector = parameter(unit=ANY, shape=("nu",))
     high: Vector = parameter(unit=ANY, shape=("nu",))
-    row_low: Vector = parameter(unit=ANY, shape=("nr",))
-    row_high: Vector = parameter(unit=ANY, shape=("nr",))
-    row_weight: Vector = parameter(unit=ANY, shape=("nr",))
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     period: float
     limited: tuple[str, ...] = ()
+    row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     sweeps: int = 3
     iterations: int = 1
     steps: int = 1
     follow: tuple[str, ...] = ()
     preview: AbstractReference | None = None
+    safe_command: Vector | None = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
 
     def __post_init__(self) -> None:
-        for name, value in (("horizon", self.horizon), ("sweeps", self.sweeps), ("steps", self.steps)):
-            whole(f"NonlinearPredictive({name}=...)", value, least=1)
-        whole("NonlinearPredictive(iterations=...)", self.iterations, least=1)
+        for name in ("horizon", "sweeps", "iterations", "steps"):
+            whole(f"NonlinearPredictive({name}=...)", getattr(self, name), least=1)
         seconds("NonlinearPredictive(period=...)", self.period)
+        refuse_unfit_model("NonlinearPredictive", self.model)
         for name in self.follow:
             known_name(name, self.model.states.names, "states of the model")
         for name in self.limited:
-            known_name(name, (self.model.states + self._others).names, "states and outputs of the model")
+            known_name(name, (*self.model.states.names, *self.model.outputs.names), "states and outputs of the model")
         if self.preview is not None:
-            for name in self.preview.gives.names:
-                known_name(name, (self.model.states + self.model.inputs).names, "states and inputs of the model")
+            refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
 
     @staticmethod
     def of(
-        plant: AbstractPlant, design: object, follow: tuple[str, ...] = (), preview: AbstractReference | None = None
+        plant: AbstractPlant,
+        design: object,
+        follow: tuple[str, ...] = (),
+        preview: AbstractReference | None = None,
+        safe_command: Mapping[str, float] | None = None,
     ) -> NonlinearPredictive:
-        """The law of a design for a plant. It reads an estimate of each state.
+        """The law of a design for a plant, once in its period. It reads an estimate of each state.
 
         Parameters
         ----------
@@ -137,25 +139,24 @@ class NonlinearPredictive(AbstractController):
             The result of `nonlinear_predictive_design` for the linearised plant.
         follow, preview
             As of the class; one of them alone.
+        safe_command
+            Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
 
         Raises
         ------
         ValueError
-            If `design` is no such result, or is for other states or inputs.
+            If `design` is no such result, or is for other states or inputs; if the preview has a signal of another
+            shape or unit, or an end; or if the safe command lacks an input or passes a limit.
         LookupError
             If the plant has no signal of a name.
         """
         own = getattr(design, "law_arguments", None)
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
-        for port, names in ((plant.states, own["state_names"]), (plant.inputs, own["input_names"])):
-            if port.labels != names:
-                raise ValueError(
-                    f"`NonlinearPredictive.of(plant, design)` must get a design for the plant's own signals, "
-                    f"{', '.join(port.labels)}; it is for {', '.join(names)}."
-                )
-        numbers = {name: value for name, value in own.items() if name not in ("state_names", "input_names")}
-        return NonlinearPredictive(plant, **numbers, follow=follow, preview=preview)
+        own = dict(own)
+        refuse_other_plant("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
+        safe = None if safe_command is None else safe_column("NonlinearPredictive.of", plant.inputs, own, safe_command)
+        return NonlinearPredictive(plant, **own, follow=follow, preview=preview, safe_command=safe)
 
     # ports
 
@@ -174,11 +175,6 @@ class NonlinearPredictive(AbstractController):
         return self.model.inputs
 
     @property
-    def _others(self) -> Layout:
-        """The outputs that are no states."""
-        return Layout(tuple(e for e in self.model.outputs.entries if e.name not in self.model.states))
-
-    @property
     def _counts(self) -> tuple[int, int, int]:
         return self.model.states.size, self.model.inputs.size, self.horizon
 
@@ -187,50 +183,84 @@ class NonlinearPredictive(AbstractController):
         """The plan in deviations from the rest, so that all begin at zero, with its gains and what it is worth."""
         nx, nu, N = self._counts
         sizes = {"plan_x": nx * N, "plan_u": nu * N, "clamps": nu * N, "gains": nu * nx * N}
-        entries = tuple(Entry(name, np.zeros(size), ANY) for name, size in sizes.items())
-        return Layout((*entries, *(Entry(name, np.zeros(()), ANY) for name in ("residual", "cost", "share"))))
+        plan = [Entry(name, np.zeros(size), ANY) for name, size in sizes.items()]
+        worth = [Entry(name, np.zeros(()), ANY) for name in ("residual", "cost", "share")]
+        if isinstance(self.preview, PlannedReference):  # each of its pieces costs at each evaluation
+            t = ca.SX.sym("t")
+            at = ca.Function("at", [t], [self._previewed(t)])
+            first = np.hstack([np.array(at(k * self.period)) for k in range(N + 1)])
+            worth.append(Entry("window", first.ravel(order="F"), ANY))
+        return Layout((*plan, *worth))
 
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        return Signals(self.model.inputs.view(self._solve(t, z, est, ref).u[:, 0]))
+        plan, u = self._solve(t, z, est, ref), self.model.inputs
+        first = plan.u[:, 0]
+        if self.safe_command is not None:
+            usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
+            first = ca.if_else(usable, first, ca.SX(self.safe_command))
+        return Signals(u.view(first))
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan shifted by a stage, which the law behind the horizon adds, and what the plan was worth."""
-        (nx, nu, N), plan = self._counts, self._solve(t, z, est, ref)
-        r, s = self._reference(t, ca.SX(N), ref)
+        N, plan = self.horizon, self._solve(t, z, est, ref)
+        r, s = self._problem(t, z, ref).end_target
         last = self._weights.clip(s - self.K @ (plan.end - r))
         following = {
             "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
             "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
-            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(nu))),
+            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
             "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
             "residual": plan.residual,
             "cost": plan.cost,
             "share": plan.share,
         }
-        worth = ca.fabs(plan.cost) <= LARGEST  # else the next plan begins at the rest
-        return {name: ca.if_else(worth, part, 0.0) for name, part in following.items()}
+        if self.safe_command is not None:
+            usable, worth = self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST
+            following = {
+                name: ca.if_else(usable, ca.if_else(worth, part, 0.0), z[name]) for name, part in following.items()
+            }
+        if "window" in z:
+            newest = self._previewed(t + (N + 1) * self.period)
+            following["window"] = ca.vertcat(z["window"][newest.numel() :], newest)
+        return following
 
     @property
     def _weights(self) -> StageWeights:
         names = ("Q", "R", "P", "low", "high", "row_low", "row_high", "row_weight")
-        return StageWeights(*(ca.SX(getattr(self, name)) for name in names))
+        none = ca.SX(0, 1)
+        return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
 
-    @property
-    def _stages(self) -> PlantStages:
-        return PlantStages(self.model, self.period, self.steps)
+    def _usable(self, est: Reads, ref: Follows) -> ca.SX:
+        """1 if all numbers that are read are finite, else 0."""
+        numbers = [self.reads.flatten({name: est[name] for name in self.reads.names})]
+        numbers += [self.follows.flatten({name: ref[name] for name in self.follows.names})]
+        both = ca.densify(ca.vertcat(*numbers))
+        return ca.sum1(ca.if_else(ca.fabs(both) <= LARGEST, 1.0, 0.0)) == both.numel()
 
-    def _reference(self, t: ca.SX, k: ca.SX, ref: Follows) -> tuple[ca.SX, ca.SX]:
-        """The states and inputs that are wanted at stage k of a plan at time t."""
-        states, inputs = self.model.states, self.model.inputs
-        wanted = {name: ref[name] for name in self.follow}
-        if self.preview is not None:
-            wanted = dict(call_block(self.preview, "at", self.preview.gives, t + k * self.period))
-        r, s = ({**port.view(ca.SX(rest))} for port, rest in ((states, self.x0), (inputs, self.u0)))
-        for name, part in wanted.items():
-            (r if name in states else s)[name] = part
-        return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
+    def _previewed(self, t: ca.SX) -> ca.SX:
+        """The signals of the previewed reference at a time, as a column."""
+        assert self.preview is not None
+        signals = call_block(self.preview, "at", self.preview.gives, t)
+        return ca.densify(self.preview.gives.flatten(dict(signals)))
+
+    def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PlanProblem:
+        """The problem of a period."""
+        states, inputs, N = self.model.states, self.model.inputs, self.horizon
+        window = ca.reshape(z["window"], -1, N + 1) if "window" in z else ca.SX(0, N + 1)
+
+        def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
+            wanted = {name: ref[name] for name in self.follow}
+            if self.preview is not None:
+                wanted = self.preview.gives.view(own if own.numel() else self._previewed(t + k * self.period))
+            r, s = states.view(ca.SX(self.x0)), inputs.view(ca.SX(self.u0))
+            r.update({name: part for name, part in wanted.items() if name in states})
+            s.update({name: part for name, part in wanted.items() if name in inputs})
+            return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
+
+        stages = PlantStages(self.model, self.period, self.steps)
+        return PlanProblem(stages, self._weights, ca.SX(self.K), N, self.sweeps, t, target, window, self._rows)
 
     def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
         """The states and outputs with soft limits, (nr, 1)."""
@@ -247,81 +277,12 @@ class NonlinearPredictive(AbstractController):
         nx, nu, N = self._counts
         x = ca.reshape(z["plan_x"], nx, N) + ca.repmat(ca.SX(self.x0), 1, N)
         u = ca.reshape(z["plan_u"], nu, N) + ca.repmat(ca.SX(self.u0), 1, N)
-        seen = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
-        usable = ca.mmax(ca.vertcat(*(ca.if_else(ca.fabs(seen[i]) <= LARGEST, 0.0, 1.0) for i in range(nx)))) == 0
-        begin = ca.if_else(usable, seen, x[:, 0])
-        worth = ca.SX.zeros(3)
-        plan = NonlinearPlan(x, u, ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *worth.elements())
+        begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
+        parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
+        problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)
 
         def iteration(column: ca.SX, begin: ca.SX) -> tuple[ca.SX, ...]:
-            return (self._iterate(t, begin, NonlinearPlan.of(column, N, nx, nu), ref).column,)
+            return (problem.iterate(begin, NonlinearPlan.of(column, N, nx, nu)).column,)
 
-        (column,) = bounded_loop(self.iterations, iteration, plan.column, constants=(begin,))
+        (column,) = bounded_loop(self.iterations, iteration, last.column, constants=(begin,))
         return NonlinearPlan.of(column, N, nx, nu)
-
-    def _iterate(self, t: ca.SX, begin: ca.SX, last: NonlinearPlan, ref: Follows) -> NonlinearPlan:
-        """The plan after one linearisation about the last one, from the state `begin` on."""
-        nx, nu, _ = self._counts
-        rows = self._linearise(t, begin, last, ref)
-        u = rows.columns[nx : nx + nu, :]
-        way = solve_stages(self._weights, rows, u, last.clamps, self._scale, self.sweeps)
-        return self._roll(t, begin, way, rows, ref)
-
-    def _linearise(self, t: ca.SX, begin: ca.SX, last: NonlinearPlan, ref: Follows) -> StageRows:
-        """The problem about the last plan, rolled from the state `begin` on with its gains."""
-        (nx, nu, N), weights = self._counts, self._weights
-
-        def stage(c: ca.SX, x: ca.SX, u: ca.SX, gains: ca.SX) -> tuple[ca.SX, ...]:
-            now, k = c[:nx], c[nx]
-            own = weights.clip(u - ca.reshape(gains, nu, nx) @ (now - x))
-            after, A, B = self._stages.after_with_slopes(t + k * self.period, now, own)
-            r, s = self._reference(t, k, ref)
-            y, C = jacobian(lambda v: self._rows(t + k * self.period, v), now)
-            return ca.vertcat(after, k + 1), ca.veccat(now, own, A, B, r, s, y, C)
-
-        end, columns = bounded_loop(N, stage, ca.vertcat(begin, 0.0), last.x, last.u, last.gains)
-        return StageRows(columns, end[:nx] - self._reference(t, ca.SX(N), ref)[0])
-
-    def _roll(self, t: ca.SX, begin: ca.SX, way: Iterate, rows: StageRows, ref: Follows) -> NonlinearPlan:
-        """The plant along shares of the way to the solution of the linearised problem, and under the law behind the
-        horizon alone; of these the one of least cost."""
-        (nx, nu, N), weights, feedback = self._counts, self._weights, ca.SX(self.K)
-
-        def stage(c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX) -> tuple[ca.SX, ...]:
-            k = c[-1]
-            x, u, _, _, r, s, _, _ = StageRows.split(column, weights.sizes)
-            e, v = ca.vertsplit(own, [0, nx, nx + nu])
-            carries, results = list[ca.SX](), list[ca.SX]()
-            for share, part in zip((*SHARES, None), ca.vertsplit(c[:-1], nx + 1), strict=True):
-                now, cost = part[:nx], part[nx]
-                if share is None:
-                    wanted = s - feedback @ (now - r)
-                else:
-                    wanted = u + share * (v - u) - ca.reshape(gains, nu, nx) @ (now - x - share * e)
-                taken = weights.clip(wanted)
-                cost = cost + weights.stage_cost(now - r, taken - s, self._rows(t + k * self.period, now))
-                carries.append(ca.vertcat(self._stages.after(t + k * self.period, now, taken), cost))
-                results.append(ca.vertcat(now, taken, gains if share is not None else ca.vec(feedback)))
-            return ca.vertcat(*carries, k + 1), ca.vertcat(*results)
-
-        first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in (*SHARES, None)), 0.0)
-        ends, trials = bounded_loop(N, stage, first, ca.vertcat(way.e, way.v), way.gains, rows.columns)
-        target = self._reference(t, ca.SX(N), ref)[0]
-        parts = ca.vertsplit(ends[:-1], nx + 1)
-        costs = [part[nx] + weights.end_cost(part[:nx] - target) for part in parts]
-        flags = better_flags(costs)
-
-        def take(none: ca.SX, trial: ca.SX, flags: ca.SX) -> tuple[ca.SX, ...]:
-            return none, choose(flags, ca.vertsplit(trial, nx + nu + nu * nx))
-
-        _, chosen = bounded_loop(N, take, ca.SX(0, 1), trials, constants=(flags,))
-        x, u, gains = ca.vertsplit(chosen, [0, nx, nx + nu, nx + nu + nu * nx])
-        end, cost = choose(flags, parts)[:nx], choose(flags, costs)
-        share = choose(flags, [ca.SX(share) for share in (*SHARES, -1.0)])
-        return NonlinearPlan(x, u, way.clamps, gains, end, way.residual, cost, share)
-
-    @property
-    def _scale(self) -> ca.SX:
-        """The distances between the limits of the inputs (nu, 1), 1 where one is missing."""
-        distance = ca.SX(self.high) - ca.SX(self.low)
-        return ca.if_else(distance <= LARGEST, distance, 1.0)

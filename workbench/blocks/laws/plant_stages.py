@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.blocks.laws.stagewise_sweeps import parts_of
 from workbench.blocks.loop.contracts import AbstractPlant
 from workbench.blocks.loop.wiring import call_block
 from workbench.core import Signals
@@ -79,28 +78,3 @@ class PlantStages:
             (end,) = bounded_loop(self.steps, step, ca.vertcat(start, t), constants=(u,))
         S = ca.reshape(end[nx : nx + nx * (nx + nu)], nx, nx + nu)
         return end[:nx], S[:, :nx], S[:, nx:]
-
-
-@dataclass(frozen=True)
-class NonlinearPlan:
-    """A plan: states x (nx, N), inputs u (nu, N), 1 for inputs at a limit, gains (nu nx, N), the end and its worth."""
-
-    x: ca.SX
-    u: ca.SX
-    clamps: ca.SX
-    gains: ca.SX
-    end: ca.SX
-    residual: ca.SX
-    cost: ca.SX
-    share: ca.SX
-
-    @property
-    def column(self) -> ca.SX:
-        """All of it as one column."""
-        return ca.veccat(*(getattr(self, field.name) for field in fields(self)))
-
-    @staticmethod
-    def of(column: ca.SX, N: int, nx: int, nu: int) -> NonlinearPlan:
-        """The plan of a column."""
-        shapes = ((nx, N), (nu, N), (nu, N), (nu * nx, N), (nx, 1), (1, 1), (1, 1), (1, 1))
-        return NonlinearPlan(*parts_of(column, shapes))

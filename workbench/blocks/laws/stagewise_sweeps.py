@@ -67,8 +67,8 @@ class StageWeights:
 class StageRows:
     """A problem about a trajectory: of each stage a column, and the end.
 
-    `columns` has x (nx), u (nu), A and B (column by column), r (nx), s (nu), y (nr) and C below each other; `end` is the
-    deviation x_N - r_N.
+    `columns` has x (nx), u (nu), A and B (column by column), r (nx), s (nu), y (nr) and C below each other; `end` is
+    the deviation x_N - r_N.
     """
 
     columns: ca.SX
@@ -90,8 +90,10 @@ def parts_of(column: ca.SX, shapes: tuple[tuple[int, int], ...]) -> tuple[ca.SX,
 
 @dataclass(frozen=True)
 class Iterate:
-    """Deviations e (nx, N) and inputs v (nu, N) of all stages, 1 for inputs at a limit, gains (nu nx, N), e_N, and the
-    largest change of an input by the last sweep in units of `scale`."""
+    """The answer of a sweep: deviations e (nx, N) and inputs v (nu, N), 1 for inputs at a limit, and gains (nu nx, N).
+
+    `end` is e_N, and `residual` the largest change of an input by the sweep, in units of `scale`.
+    """
 
     e: ca.SX
     v: ca.SX
@@ -202,7 +204,7 @@ def _stage_trial(
 
 
 def better_flags(costs: list[ca.SX]) -> ca.SX:
-    """1 for each cost but the first that is below all before it, by more than rounding, or the first that is a number."""
+    """1 for each cost but the first that is below all before it by more than rounding, or the first finite one."""
     best, flags = costs[0], list[ca.SX]()
     for cost in costs[1:]:
         worse = best <= cost + NEARLY * ca.fabs(cost)

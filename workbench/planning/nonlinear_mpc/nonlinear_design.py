@@ -16,9 +16,21 @@ from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, definite, semidefinite
 from workbench.design.riccati.regulators import is_system
 from workbench.planning.linear_mpc.limit_rows import Pair, bounds
-from workbench.planning.linear_mpc.linear_problem import LONGEST_HORIZON, regulator
+from workbench.planning.linear_mpc.linear_problem import regulator
 
-MOST_SWEEPS, MOST_ITERATIONS, MOST_STEPS = 1000, 1000, 1000
+MOST = 1000  # stages, sweeps, linearisations or steps
+
+
+@dataclass(frozen=True, eq=False)
+class StageLimits:
+    """The limits of a stage: hard ones of the inputs, (nu,), and soft ones of signals by name, with their weights."""
+
+    low: Array
+    high: Array
+    limited: tuple[str, ...]
+    row_low: Array | None
+    row_high: Array | None
+    row_weight: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +53,8 @@ class NonlinearPredictiveDesign:
         (nu, nx), the gain of the law behind the horizon, whose cost is e'P e without limits unless P was given.
     A, B
         (nx, nx) and (nx, nu), the Jacobians of a stage at the rest.
-    low, high
-        (nu,), the limits of the inputs.
-    limited, row_low, row_high, row_weight
-        The names of states and outputs with soft limits, these, and their weights.
+    limits
+        The limits of a stage.
     x0, u0
         (nx,) and (nu,), the rest.
     """
@@ -62,19 +72,15 @@ class NonlinearPredictiveDesign:
     K: Array
     A: Array
     B: Array
-    low: Array
-    high: Array
-    limited: tuple[str, ...]
-    row_low: Array
-    row_high: Array
-    row_weight: Array
+    limits: StageLimits
     x0: Array
     u0: Array
 
     def __repr__(self) -> str:
-        limits = zip(self.inputs, self.low, self.high, strict=True)
-        names = [name for name, low, high in limits if np.isfinite([low, high]).any()]
-        hard, soft = ", ".join(names) or "none", f", soft on {', '.join(self.limited)}" if self.limited else ""
+        own = self.limits
+        limits = zip(self.inputs, own.low, own.high, strict=True)
+        hard = ", ".join(name for name, low, high in limits if np.isfinite([low, high]).any()) or "none"
+        soft = f", soft on {', '.join(own.limited)}" if own.limited else ""
         return (
             f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
             f"{self.sweeps} sweeps, {self.iterations} linearisation{'s' if self.iterations > 1 else ''} a period>"
@@ -83,10 +89,9 @@ class NonlinearPredictiveDesign:
     @property
     def law_arguments(self) -> Mapping[str, object]:
         """The arguments of `NonlinearPredictive`."""
-        names = ("horizon", "period", "sweeps", "iterations", "steps", "Q", "R", "P", "K", "low", "high", "limited")
-        more = ("row_low", "row_high", "row_weight", "x0", "u0")
-        own = {name: getattr(self, name) for name in (*names, *more)}
-        return {"state_names": self.states, "input_names": self.inputs, **own}
+        names = ("horizon", "period", "sweeps", "iterations", "steps", "Q", "R", "P", "K", "x0", "u0")
+        own = {name: getattr(self, name) for name in names} | vars(self.limits)
+        return {"names": (self.states, self.inputs), **own}
 
 
 @check_arguments
@@ -116,15 +121,16 @@ def nonlinear_predictive_design(
         Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
         the number of stages.
     limits
-        Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs, which
-        are soft.
+        Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs,
+        which are soft.
     soft_weight
         The weight w of a violation d of a soft limit, w d^2 in a stage; one number, or one by name.
     P
-        Weight of the end, (nx, nx) positive semidefinite. By default it is the cost of the LQR law at the rest, from the
-        certified Riccati solver.
+        Weight of the end, (nx, nx) positive semidefinite. By default it is the cost of the LQR law at the rest, from
+        the certified Riccati solver.
     sweeps, iterations, steps
-        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
+        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
+        stage.
 
     Raises
     ------
@@ -151,24 +157,24 @@ def nonlinear_predictive_design(
         raise DesignError(f"`{call}(system)` must be in continuous time, as the law integrates the plant itself.")
     states, inputs = tuple(system.state_labels), tuple(system.input_labels)
     nx, nu = len(states), len(inputs)
-    q = semidefinite(f"{call}(Q=...)", "Q", Q, nx)
-    r = definite(f"{call}(R=...)", "R", R, nu)
-    most = {"horizon": LONGEST_HORIZON, "sweeps": MOST_SWEEPS, "iterations": MOST_ITERATIONS, "steps": MOST_STEPS}
+    q, r = semidefinite(f"{call}(Q=...)", "Q", Q, nx), definite(f"{call}(R=...)", "R", R, nu)
     counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
-    own = {name: whole(f"{call}({name}=...)", counts[name], least=1, most=most[name]) for name in counts}
-    A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, own["steps"])
-    if P is None:
-        K, p = regulator(A, B, q, r)
-    else:
-        p = semidefinite(f"{call}(P=...)", "P", P, nx)
-        K = np.linalg.solve(r + B.T @ p @ B, B.T @ p @ A)
+    N, *numbers = (whole(f"{call}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
+    A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, numbers[2])
+    K, end = _behind_horizon(call, A, B, q, r, P)
     point = getattr(system, "point", None)
     x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
     outputs = tuple(name for name in system.output_labels if name not in states)
-    ends = _limits(call, limits or {}, (states, inputs, outputs), np.asarray(u0), soft_weight)
-    return NonlinearPredictiveDesign(
-        states=states, inputs=inputs, period=h, **own, Q=q, R=r, P=p, K=K, A=A, B=B, **ends, x0=x0, u0=u0
-    )
+    own = _limits(call, limits or {}, (states, inputs, outputs), np.asarray(u0), soft_weight)
+    return NonlinearPredictiveDesign(states, inputs, h, N, *numbers, q, r, end, K, A, B, own, x0, u0)
+
+
+def _behind_horizon(call: str, A: Array, B: Array, Q: Array, R: Array, P: Numbers | None) -> tuple[Array, Array]:
+    """The gain and the cost of the law behind the horizon."""
+    if P is None:
+        return regulator(A, B, Q, R)
+    end = semidefinite(f"{call}(P=...)", "P", P, len(A))
+    return np.asarray(np.linalg.solve(R + B.T @ end @ B, B.T @ end @ A), dtype=float), end
 
 
 def stage_slopes(A: Array, B: Array, period: float, steps: int) -> tuple[Array, Array]:
@@ -191,8 +197,8 @@ def _limits(
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
     u0: Array,
     soft_weight: float | Mapping[str, float] | None,
-) -> dict[str, object]:
-    """The limits of inputs and the soft rows, from those by name."""
+) -> StageLimits:
+    """The limits of a stage, from those by name."""
     states, inputs, outputs = names
     low, high = np.full(len(inputs), -np.inf), np.full(len(inputs), np.inf)
     soft, rows = list[str](), list[tuple[float, float, float]]()
@@ -204,8 +210,8 @@ def _limits(
             low[i], high[i] = a, b
             if not a <= u0[i] <= b:
                 raise ValueError(
-                    f"`{call}(limits=...)` must leave the rest of the plant inside; '{name}' rests at {u0[i]:.4g}. Take "
-                    "another rest, or widen the limit."
+                    f"`{call}(limits=...)` must leave the rest of the plant inside; '{name}' rests at {u0[i]:.4g}. "
+                    "Take another rest, or widen the limit."
                 )
             continue
         weight = soft_weight.get(name) if isinstance(soft_weight, Mapping) else soft_weight
@@ -216,12 +222,7 @@ def _limits(
             )
         soft.append(name)
         rows.append((a, b, positive(f"{call}(soft_weight=...)", weight)))
-    ends = np.array(rows, dtype=float).reshape(-1, 3)
-    return {
-        "low": low,
-        "high": high,
-        "limited": tuple(soft),
-        "row_low": ends[:, 0].copy(),
-        "row_high": ends[:, 1].copy(),
-        "row_weight": ends[:, 2].copy(),
-    }
+    if not rows:
+        return StageLimits(low, high, (), None, None, None)
+    row_low, row_high, row_weight = (np.array(end, dtype=float) for end in zip(*rows, strict=True))
+    return StageLimits(low, high, tuple(soft), row_low, row_high, row_weight)

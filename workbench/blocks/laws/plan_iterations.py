@@ -1,0 +1,169 @@
+"""An iteration of a nonlinear plan: the plant linearised along the last plan, sweeps, and a roll of the plant itself.
+
+The roll is that of Giftthaler et al. (2018), A family of iterative Gauss-Newton shooting methods for nonlinear optimal
+control, IROS: the plant moves along the solution of the linearised problem with its gains, so a plan always obeys the
+plant's equations. Shares of the way, and the law behind the horizon alone, are candidates. The one of least cost is the
+plan, so an iteration from the same state raises no cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.stagewise_sweeps import (
+    Iterate,
+    StageRows,
+    StageWeights,
+    better_flags,
+    choose,
+    parts_of,
+    solve_stages,
+)
+from workbench.blocks.observers.observer_model import jacobian
+from workbench.core.bounded_loop import bounded_loop
+
+SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from the last plan to the solution of a linearised problem
+ALONE = -1.0  # the share of the law behind the horizon, which goes no such way
+LARGEST = 1e100  # a cost beyond it is none
+
+
+@dataclass(frozen=True)
+class NonlinearPlan:
+    """A plan: states x (nx, N), inputs u (nu, N), 1 for inputs at a limit, gains (nu nx, N), the end and its worth."""
+
+    x: ca.SX
+    u: ca.SX
+    clamps: ca.SX
+    gains: ca.SX
+    end: ca.SX
+    residual: ca.SX
+    cost: ca.SX
+    share: ca.SX
+
+    @property
+    def column(self) -> ca.SX:
+        """All of it as one column."""
+        parts = self.clamps, self.gains, self.end, self.residual, self.cost, self.share
+        return ca.veccat(self.x, self.u, *parts)
+
+    @staticmethod
+    def of(column: ca.SX, N: int, nx: int, nu: int) -> NonlinearPlan:
+        """The plan of a column."""
+        shapes = ((nx, N), (nu, N), (nu, N), (nu * nx, N), (nx, 1), (1, 1), (1, 1), (1, 1))
+        return NonlinearPlan(*parts_of(column, shapes))
+
+
+@dataclass(frozen=True)
+class PlanProblem:
+    """The problem of a period: the plant, weights, the law behind the horizon, and what is wanted.
+
+    Parameters
+    ----------
+    stages, weights
+        The plant over a period, and weights and limits.
+    feedback
+        Gain (nu, nx) of the law behind the horizon.
+    horizon, sweeps
+        The numbers of stages and of sweeps.
+    t
+        The time of the first stage in s.
+    target
+        The wanted states and inputs of a stage, by its number and its column of `window`.
+    window
+        The signals of a previewed reference at the stages 0 ... N, (m, N + 1); m = 0 without them.
+    rows
+        The softly limited signals (nr, 1) at a time and states.
+    """
+
+    stages: PlantStages
+    weights: StageWeights
+    feedback: ca.SX
+    horizon: int
+    sweeps: int
+    t: ca.SX
+    target: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
+    window: ca.SX
+    rows: Callable[[ca.SX, ca.SX], ca.SX]
+
+    def iterate(self, begin: ca.SX, last: NonlinearPlan) -> NonlinearPlan:
+        """The plan after one linearisation about the last one, from the state `begin` on."""
+        nx, nu, _ = self.weights.sizes
+        rows = self._linearise(begin, last)
+        u = rows.columns[nx : nx + nu, :]
+        return self._roll(begin, solve_stages(self.weights, rows, u, last.clamps, self.scale, self.sweeps), rows)
+
+    @property
+    def scale(self) -> ca.SX:
+        """The distances between the limits of the inputs (nu, 1), 1 where one is missing."""
+        distance = self.weights.high - self.weights.low
+        return ca.if_else(distance <= LARGEST, distance, 1.0)
+
+    @property
+    def end_target(self) -> tuple[ca.SX, ca.SX]:
+        """The wanted states and inputs behind the last stage."""
+        return self.target(ca.SX(self.horizon), self.window[:, -1])
+
+    def _time(self, k: ca.SX) -> ca.SX:
+        return self.t + k * self.stages.period
+
+    def _linearise(self, begin: ca.SX, last: NonlinearPlan) -> StageRows:
+        """The problem about the last plan, rolled from the state `begin` on with its gains."""
+        nx, nu, _ = self.weights.sizes
+
+        def stage(c: ca.SX, x: ca.SX, u: ca.SX, gains: ca.SX, *wanted: ca.SX) -> tuple[ca.SX, ...]:
+            now, k = c[:nx], c[nx]
+            own = self.weights.clip(u - ca.reshape(gains, nu, nx) @ (now - x))
+            after, A, B = self.stages.after_with_slopes(self._time(k), now, own)
+            r, s = self.target(k, wanted[0] if wanted else ca.SX(0, 1))
+            y, C = jacobian(lambda v: self.rows(self._time(k), v), now)
+            return ca.vertcat(after, k + 1), ca.veccat(now, own, A, B, r, s, y, C)
+
+        rows = [last.x, last.u, last.gains, *([self.window[:, :-1]] if self.window.numel() else [])]
+        end, columns = bounded_loop(self.horizon, stage, ca.vertcat(begin, 0.0), *rows)
+        return StageRows(columns, end[:nx] - self.end_target[0])
+
+    def _roll(self, begin: ca.SX, way: Iterate, rows: StageRows) -> NonlinearPlan:
+        """The plant along shares of the way, and under the law behind the horizon; the candidate of least cost."""
+        (nx, nu, _), N = self.weights.sizes, self.horizon
+        trials = (*SHARES, ALONE)
+
+        def stage(c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX) -> tuple[ca.SX, ...]:
+            parts = ca.vertsplit(c[:-1], nx + 1)
+            each = [
+                self._trial(share, c[-1], part, own, gains, column) for share, part in zip(trials, parts, strict=True)
+            ]
+            carries, results = zip(*each, strict=True)
+            return ca.vertcat(*carries, c[-1] + 1), ca.vertcat(*results)
+
+        first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in trials), 0.0)
+        ends, results = bounded_loop(N, stage, first, ca.vertcat(way.e, way.v), way.gains, rows.columns)
+        target, parts = self.end_target[0], ca.vertsplit(ends[:-1], nx + 1)
+        costs = [part[nx] + self.weights.end_cost(part[:nx] - target) for part in parts]
+        flags = better_flags(costs)
+
+        def take(none: ca.SX, result: ca.SX, flags: ca.SX) -> tuple[ca.SX, ...]:
+            return none, choose(flags, ca.vertsplit(result, nx + nu + nu * nx))
+
+        _, chosen = bounded_loop(N, take, ca.SX(0, 1), results, constants=(flags,))
+        x, u, gains = ca.vertsplit(chosen, [0, nx, nx + nu, nx + nu + nu * nx])
+        end, cost = choose(flags, parts)[:nx], choose(flags, costs)
+        share = choose(flags, [ca.SX(share) for share in trials])
+        return NonlinearPlan(x, u, way.clamps, gains, end, way.residual, cost, share)
+
+    def _trial(self, share: float, k: ca.SX, c: ca.SX, own: ca.SX, gains: ca.SX, column: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """States and cost behind a stage, and states, inputs and gains of the stage, of one candidate."""
+        nx, nu, _ = self.weights.sizes
+        x, u, _, _, r, s, _, _ = StageRows.split(column, self.weights.sizes)
+        e, v = ca.vertsplit(own, [0, nx, nx + nu])
+        now, cost, K = c[:nx], c[nx], ca.reshape(gains, nu, nx)
+        wanted = u + share * (v - u) - K @ (now - x - share * e)
+        if share == ALONE:
+            wanted, gains = s - self.feedback @ (now - r), ca.vec(self.feedback)
+        taken = self.weights.clip(wanted)
+        cost = cost + self.weights.stage_cost(now - r, taken - s, self.rows(self._time(k), now))
+        after = self.stages.after(self._time(k), now, taken)
+        return ca.vertcat(after, cost), ca.vertcat(now, taken, gains)
