@@ -70,8 +70,9 @@ def choice_table(evidence: Evidence) -> wb.document.ReportTable:
     )
     notes = (
         f"Costs are means over {TRAINING} training runs that are not lost. The last column counts the candidates, of "
-        f"{CANDIDATES}, that lose no training run. 'inputs' and 'rates' are the weights of the inputs and of the states "
-        "other than positions or levels of lower tanks; positions have the weight 1.",
+        f"{CANDIDATES}, that lose no training run. 'load' is the assumed drift of the disturbance in the observer, in "
+        "parts of the usual one; 'inputs' and 'rates' are the weights of the inputs and of the states other than the "
+        "followed ones, whose weight is 1.",
     )
     caption = "What each law chose at the usual limits."
     return wb.document.ReportTable("choices", caption, columns, tuple(rows), notes)

@@ -8,13 +8,13 @@ import workbench as wb
 from studies.d2_planning.batches import AGAIN, DELAYED, DRAWS
 from studies.d2_planning.choices import CANDIDATES, TRAINING
 from studies.d2_planning.designs import BY_KEY, laws_of
-from studies.d2_planning.evidence import MARGIN, OTHERS, PRIMARY, STATISTICS, WEIGHTS, Condition, Evidence
+from studies.d2_planning.evidence import MARGIN, PRIMARY, STATISTICS, WEIGHTS, Condition, Evidence
 from studies.d2_planning.laws_section import cost_words, ratio_words
 from studies.d2_planning.problems import PROBLEMS
 
 RIVALS = ("governor", "lqr", "lqi")
 MPC, OTHER, NEITHER = "MPC", "the linear law", "neither"
-TIGHT, ALWAYS, NEVER, MIXED = "at tight limits", "at all limits", "at no limits", "at others"
+TIGHT, ALWAYS, NEVER, MIXED = "at tight limits", "at all limits", "at no limits", "at some limits"
 INFORMATION = (
     "All laws of a plant read the same noisy and coarse readings through the same steady Kalman filter, which has the "
     "model's numbers and estimates a disturbance of each input. All know the limits, and have the same period."
@@ -91,13 +91,13 @@ def predictive(evidence: Evidence) -> wb.Finding:
     low, high = base.count("below"), base.count("above")
     return wb.Finding(
         name="predictive_law",
-        statement=f"At the usual limits, MPC is significantly better than clipped LQR on {low} of {len(base)} plants, and "
-        f"worse on {high}.",
+        statement=f"At the usual limits, MPC is significantly better than clipped LQR on {low} of {len(base)} "
+        f"plants, and worse on {high}.",
         evidence=f"The mean cost of clipped LQR over that of MPC: {ratios}. Both have the same observer, which knows "
         "the clipped input, so that nothing winds up.",
-        statistic="The share of lost runs where either law loses any, else the mean cost. A difference is significant if "
-        f"its whole interval lies beyond {100 * MARGIN:g} % and the errors of the step; the intervals of all laws, plants "
-        "and limits hold at once at 95 %.",
+        statistic="The share of lost runs where either law loses any, else the mean cost. A difference is significant "
+        f"if its whole interval lies beyond {100 * MARGIN:g} % and the errors of the step; the intervals of all laws, "
+        "plants and limits hold at once at 95 %.",
         sample=SAMPLE,
         information=INFORMATION,
         assumptions=ASSUMED,
@@ -125,9 +125,9 @@ def where(evidence: Evidence, problem: str, rival: str, statistic: str = "") -> 
 
 
 def most_common(answers: Sequence[str]) -> str:
-    """The answer of more than half of some plants, or `MIXED`."""
-    best = max(set(answers), key=list(answers).count)
-    return best if 2 * list(answers).count(best) > len(answers) else MIXED
+    """The answer of more than half of some plants."""
+    best = max(sorted(set(answers)), key=list(answers).count)
+    return best if 2 * list(answers).count(best) > len(answers) else "differs by plant"
 
 
 def first_loss(evidence: Evidence, problem: str, key: str) -> str:
@@ -177,13 +177,13 @@ def limits(evidence: Evidence) -> wb.Finding:
     ]
     return wb.Finding(
         name="worth_of_planning_limits",
-        statement=f"MPC is significantly better than clipped LQR {most_common(list(base.values()))}: "
+        statement="By plant, MPC is significantly better than clipped LQR: "
         + "; ".join(f"{PROBLEMS[key].name} {answer}" for key, answer in base.items())
         + ".",
         evidence=f"The mean cost of clipped LQR over that of MPC at the tightest limits: {ratios}. The widest limits "
         f"at which runs are lost: {losses or 'none are lost'}.",
-        statistic="The levels of the limits at which MPC is significantly better: by the share of lost runs where either "
-        "law loses any, else by the mean cost. The answer is that of most plants.",
+        statistic="The levels of the limits at which MPC is significantly better: by the share of lost runs where "
+        "either law loses any, else by the mean cost. The answer is that of most plants.",
         sample=SAMPLE,
         information=INFORMATION,
         assumptions=f"{ASSUMED} The numbers of each law stay those of the usual limits.",
@@ -206,13 +206,17 @@ def arm_laws(evidence: Evidence) -> wb.Finding:
         wb.Variation(words, place.by[PRIMARY.words].answer)
         for words, place in ((words, evidence.judge(where)) for words, where in others.items())
     ]
-    variations += [wb.Variation(f"by the {one.words}", evidence.judge(at).by[one.words].answer) for one in OTHERS]
+    variations += [
+        wb.Variation(f"by the {words}", evidence.judge(at).by[statistic].answer)
+        for words, statistic in STATISTICS.items()
+        if statistic != PRIMARY.words
+    ]
     variations += [wb.Variation(words, evidence.judge(at, words).by[PRIMARY.words].answer) for words in WEIGHTS]
     return wb.Finding(
         name="laws_for_the_arm",
         statement=f"On the arm at its usual limits, the lowest mean cost is: {base.answer}.",
-        evidence=f"The mean costs, or lost runs: {figures}. The linear laws, MPC among them, use one linear model about the "
-        "usual target; computed torque, SMC and AOSMC-RGS use the model of the arm at each pose.",
+        evidence=f"The mean costs, or lost runs: {figures}. The linear laws, MPC among them, use one linear model "
+        "about the usual target; computed torque, SMC and AOSMC-RGS use the model of the arm at each pose.",
         statistic="The law whose mean cost is significantly below that of each other, else the laws between which the "
         "runs do not decide. Intervals of all laws, plants and limits hold at once at 95 %.",
         sample=SAMPLE,

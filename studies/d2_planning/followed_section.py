@@ -14,11 +14,16 @@ from studies.d2_planning.followers import (
     CAUGHT,
     CONDITIONS,
     DRAWS,
+    FEW,
     FOLLOWERS,
     FORWARD,
+    HARDEST,
+    NONLINEAR,
     SPREADS,
+    STAGES,
     USUAL,
     end_errors,
+    spreads_of,
     sweep_name,
 )
 from studies.d2_planning.motions import FUNNEL_RUNS, JUDGED, MOTIONS, REST, PlannedMotion
@@ -69,6 +74,12 @@ class Followed:
         most = max(one.interval[0] for one in shares.values())
         return {name for name, one in shares.items() if one.interval[1] >= most and one.value > 0}
 
+    def hardest(self) -> dict[str, Share]:
+        """The shares where the nonlinear predictive law was run, on its draws alone."""
+        key, spread = HARDEST
+        errors = {name: self.errors[key, name, "", spread][:FEW] for name in (*FOLLOWERS, NONLINEAR)}
+        return {name: Share(np.asarray(one <= MOTIONS[key].near)) for name, one in errors.items()}
+
     def answer(
         self, motions: Sequence[str] = tuple(MOTIONS), spread: float = USUAL, condition: str = "", near: float = 1.0
     ) -> str:
@@ -96,8 +107,11 @@ def gather(results: wb.Results) -> Followed:
         for follower in FOLLOWERS:
             for condition in CONDITIONS:
                 all_ends = end_errors(results.sample(sweep_name(motion, follower, condition)).measurement)
-                for i, spread in enumerate((USUAL,) if condition else SPREADS):
+                for i, spread in enumerate(spreads_of(follower, condition)):
                     errors[key, follower, condition, spread] = all_ends[i * DRAWS : (i + 1) * DRAWS]
+    key, spread = HARDEST
+    sample = results.sample(sweep_name(MOTIONS[key], NONLINEAR))
+    errors[key, NONLINEAR, "", spread] = end_errors(sample.measurement)
     return Followed(dict(zip(MOTIONS, results.work("plans"), strict=True)), errors)
 
 
@@ -137,6 +151,7 @@ def finding(followed: Followed) -> wb.Finding:
         wb.Variation(f"arrived within {name}", followed.answer(near=factor), followed.detail(near=factor))
         for name, factor in NEAR.items()
     ]
+    variations.append(with_nonlinear(followed))
     return wb.Finding(
         name="followed_plans",
         statement=f"With gains along the plan, and numbers that are off by up to {100 * USUAL:g} %, these shares of "
@@ -159,6 +174,19 @@ def finding(followed: Followed) -> wb.Finding:
     )
 
 
+def with_nonlinear(followed: Followed) -> wb.Variation:
+    """The answer with the nonlinear predictive law among the ways, where it was run."""
+    shares = followed.hardest()
+    most = max(one.interval[0] for one in shares.values())
+    best = [name for name, one in shares.items() if one.interval[1] >= most]
+    key, spread = HARDEST
+    return wb.Variation(
+        f"{MOTIONS[key].name}, numbers off by up to {100 * spread:g} %, with {NONLINEAR}, {FEW} draws",
+        wb.document.join_names(best),
+        "; ".join(f"{name} {one.words}" for name, one in shares.items()),
+    )
+
+
 def section(followed: Followed) -> wb.Section:
     """The planned motions in pictures and tables."""
     words = (
@@ -166,7 +194,10 @@ def section(followed: Followed) -> wb.Section:
         "period late. It reads positions alone, with noise and in steps, and an extended Kalman filter gives the "
         f"velocities. Behind the plan its end is held for {REST:g} s. {ALONG[0].upper()}{ALONG[1:]} are those of the "
         f"time-varying LQR. '{CAUGHT}' feeds the input forward and closes the loop with the gain of the end in the "
-        f"last tenth of the plan. '{FORWARD}' has no feedback at all."
+        f"last tenth of the plan. '{FORWARD}' has no feedback at all. Where these lose most loops, on the "
+        f"{MOTIONS[HARDEST[0]].name} with numbers off by up to {100 * HARDEST[1]:g} %, a nonlinear predictive law with "
+        f"the same weights previews {STAGES} periods of the plan: of {FEW} loops "
+        f"{followed.hardest()[NONLINEAR].words} arrive, and {followed.hardest()[ALONG].words} with gains along it."
     )
     blocks = (wb.Paragraph(words), plan_figure(followed), share_figure(followed), plan_table(followed))
     return wb.Section("Planned and followed", blocks)
@@ -208,6 +239,12 @@ def share_figure(followed: Followed) -> wb.document.Figure:
             x = 100 * np.array(SPREADS) + 0.5 * (i - 1.5)
             y = 100 * np.array([one.value for one in shares])
             marks.append(wb.document.Points(name, x, y, style=i, ylow=low, yhigh=high))
+        if key == HARDEST[0]:
+            one = followed.hardest()[NONLINEAR]
+            low, high = (100 * np.array([end]) for end in one.interval)
+            at = np.array([100 * HARDEST[1] + 1.25])
+            mark = wb.document.Points(NONLINEAR, at, 100 * np.array([one.value]), style=4, ylow=low, yhigh=high)
+            marks.append(mark)
         panels.append(
             wb.document.Panel(
                 "loops that arrive [%]", tuple(marks), "numbers off by up to [%]", ylim=(-3.0, 103.0), title=motion.name

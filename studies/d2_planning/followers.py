@@ -17,6 +17,9 @@ USUAL = 0.05
 ALONG, CAUGHT = "gains along the plan", "feedforward, caught at the end"
 CONSTANT, FORWARD = "gain of the end throughout", "feedforward alone"
 FOLLOWERS = {ALONG: "along", CAUGHT: "caught", CONSTANT: "constant", FORWARD: "forward"}
+NONLINEAR = "nonlinear MPC along the plan"
+FEW, STAGES = 64, 25  # draws and stages of the nonlinear predictive law
+HARDEST = "furuta", SPREADS[-1]  # where it is run
 CATCH = 0.9  # of the duration of a plan, from which on it is caught
 END_ERROR = "error at the end"
 PROMPT, EXACT = "without the delay", "with exact readings"
@@ -48,13 +51,27 @@ def followed_loop(motion: Motion, plan: PlannedMotion, follower: str, condition:
         period=motion.period,
         outputs=tuple(motion.noise),
     )
-    law = wb.TrajectoryFeedback(plant.states, plant.inputs, gains_of(plan, follower))
     reference = wb.PlannedReference(plan.motion(plant), rest_inputs=np.array(motion.rest_inputs))
-    closed = wb.ClosedLoop(plant, observer, law, reference)
+    if follower == NONLINEAR:
+        closed = wb.ClosedLoop(plant, observer, nonlinear_law(motion, plan, reference), reference)
+    else:
+        law = wb.TrajectoryFeedback(plant.states, plant.inputs, gains_of(plan, follower))
+        closed = wb.ClosedLoop(plant, observer, law, reference)
     hard = np.array(motion.hard)
     limit = {name: (-hard, hard) if len(hard) > 1 else (-hard[0], hard[0]) for name in plant.inputs.names}
     instruments = wb.Instruments.of(plant, noise=noise, quantum=quantum, limit=limit)
     return wb.DigitalLoop(closed, motion.period, instruments, condition != PROMPT)
+
+
+def nonlinear_law(motion: Motion, plan: PlannedMotion, reference: wb.PlannedReference) -> wb.NonlinearPredictive:
+    """The nonlinear predictive law that previews the plan, with the weights of the gains along it."""
+    plant, hard = motion.plant, motion.hard
+    ode = wb.open_loop(plant)
+    rest = wb.linearize(ode, 0.0, plan.x_ends[-1], u=np.array(motion.rest_inputs))
+    limits = {label: (-end, end) for label, end in zip(plant.inputs.labels, hard, strict=True)}
+    Q, R = motion.period * np.diag(motion.Q), motion.period * np.diag(motion.R)
+    design = wb.nonlinear_predictive_design(rest, motion.period, Q, R, STAGES, limits=limits)
+    return wb.NonlinearPredictive.of(plant, design, preview=reference)
 
 
 def horizon_of(motion: Motion, plan: PlannedMotion) -> float:
@@ -85,7 +102,8 @@ def end_errors(measurement: wb.metrics.Measurement) -> wb.Array:
 
 def sweep_name(motion: Motion, follower: str, condition: str = "") -> str:
     """The name of a sweep."""
-    return "_".join(part for part in ("follow", motion.key, FOLLOWERS[follower], CONDITIONS[condition]) if part)
+    key = FOLLOWERS.get(follower, "nonlinear")
+    return "_".join(part for part in ("follow", motion.key, key, CONDITIONS[condition]) if part)
 
 
 def factors_of(motion: Motion) -> tuple[wb.Factor, ...]:
@@ -108,14 +126,21 @@ def start_of(plant: wb.Plant, path: str) -> float:
     return float(value[int(rest.rstrip("]")) if rest else 0])
 
 
+def spreads_of(follower: str, condition: str = "") -> tuple[float, ...]:
+    """The spreads in a sweep, in their order."""
+    if follower == NONLINEAR:
+        return (HARDEST[1],)
+    return (USUAL,) if condition else SPREADS
+
+
 def sweep(motion: Motion, plan: PlannedMotion, follower: str, condition: str = "") -> wb.Sweep:
     """A plan that is followed on all draws, at all spreads or at the usual one."""
     loop, factors = followed_loop(motion, plan, follower, condition), factors_of(motion)
     drawn = wb.uncertainty.MonteCarlo(len(factors), DRAWS, SEED).points()
     varied = len(motion.varied)
     rows = []
-    for spread in SPREADS if not condition else (USUAL,):
-        one = drawn.copy()
+    for spread in spreads_of(follower, condition):
+        one = drawn[: FEW if follower == NONLINEAR else DRAWS].copy()
         one[:, :varied] = 0.5 + (one[:, :varied] - 0.5) * spread / SPREADS[-1]
         rows.append(one)
     horizon = horizon_of(motion, plan)
@@ -127,9 +152,10 @@ def sweep(motion: Motion, plan: PlannedMotion, follower: str, condition: str = "
 def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
     """All plans, followed in all ways."""
     plans = dict(zip(MOTIONS, answers["plans"], strict=True))
-    return tuple(
+    made = [
         sweep(motion, plans[key], follower, condition)
         for key, motion in MOTIONS.items()
         for follower in FOLLOWERS
         for condition in CONDITIONS
-    )
+    ]
+    return (*made, sweep(MOTIONS[HARDEST[0]], plans[HARDEST[0]], NONLINEAR))

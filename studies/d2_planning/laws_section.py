@@ -114,7 +114,7 @@ def ratio_words(evidence: Evidence, at: Condition, rival: str) -> str:
     i, j = (one.samples.place(laws[key].name) for key in (rival, "mpc"))
     parts = (one.difference.value, one.difference.low, one.difference.high)
     value, low, high = (1 + float(part[i, j] / level) for part in parts)
-    span = f"{low:.2f} to {high:.2f}" if np.isfinite([low, high]).all() else "not bounded"
+    span = f"{low:.2f} to {high:.2f}" if low >= 0 and np.isfinite(high) else "not bounded"
     return f"{value:.2f} ({span})"
 
 

@@ -68,8 +68,9 @@ study = wb.Study(
         "information, and at which limits? What does it cost on a Cortex-M7?"
     ),
     method=(
-        "Swing-ups of a cart-pole and a Furuta pendulum and a motion of the paper's arm in minimum time are planned for "
-        "the model. Loops whose numbers, start and noise are drawn follow them in four ways. Then the arm, a quadruple "
+        "Swing-ups of a cart-pole and a Furuta pendulum and a motion of the paper's arm in minimum time are planned "
+        "for the model. Loops whose numbers, start and noise are drawn follow them in four ways, and the hardest by "
+        "nonlinear MPC, too. Then the arm, a quadruple "
         "tank and a planar quadrotor are brought to drawn targets by linear, predictive and the paper's laws, with the "
         "same readings, observer, period and limits. Each law is tuned on the same training runs with as many "
         "candidates for its own numbers, and judged on other draws at six levels of the limits. Where runs are lost "
