@@ -29,14 +29,14 @@ class Choice:
     """The candidates of a law, the number of training runs that each loses, and the mean cost of the others."""
 
     shares: wb.Array  # (N, 5), of the ranges of the knobs
-    lost: wb.Array  # (N,)
+    losses: wb.Array  # (N,)
     costs: wb.Array  # (N,), NaN where each run is lost
 
     @property
     def best(self) -> int:
         """The candidate that loses the fewest runs, and among these the one of least mean cost."""
         costs = np.where(np.isnan(self.costs), np.inf, self.costs)
-        return int(np.lexsort((costs, self.lost))[0])
+        return int(np.lexsort((costs, self.losses))[0])
 
 
 def items() -> tuple[Item, ...]:
@@ -56,7 +56,7 @@ def candidates() -> wb.Array:
 
 def choose(item: Item) -> Choice:
     """The candidates of a law on the training runs."""
-    problem, law = PROBLEMS[item.problem].limited(item.level), BY_KEY[item.law]
+    problem, law = PROBLEMS[item.problem].with_limits(item.level), BY_KEY[item.law]
     shares = candidates()
     blocks = [law.block(problem, law.choice(row)) for row in shares]
     observers = [observer_of(problem, law.choice(row)[LOAD.name]) for row in shares]
@@ -83,10 +83,10 @@ def choose(item: Item) -> Choice:
         seed=SEED,
     )
     terms = terms_of(problem, found).reshape(CANDIDATES, TRAINING, 3)
-    return Choice(shares, *judged(problem, terms))
+    return Choice(shares, *judge_candidates(problem, terms))
 
 
-def judged(problem: Problem, terms: wb.Array) -> tuple[wb.Array, wb.Array]:
+def judge_candidates(problem: Problem, terms: wb.Array) -> tuple[wb.Array, wb.Array]:
     """The number of lost runs of each candidate, and the mean cost of the others."""
     lost = np.array([is_lost(problem, one).sum() for one in terms], dtype=float)
     kept = [cost_of(problem, one) for one in terms]

@@ -27,10 +27,12 @@ def condition_table() -> wb.document.ReportTable:
     for one in PROBLEMS.values():
         noise = ", ".join(f"{name} {value:g}" for name, value in one.noise)
         ends = ", ".join(f"{low:g} to {high:g}" for low, high in zip(one.low, one.high, strict=True))
-        drawn = ", ".join(f"{v.name} {100 * (v.low - 1):+.0f} to {100 * (v.high - 1):+.0f} %" for v in one.varied)
+        drawn = ", ".join(f"{v.name} {100 * (v.low - 1):+.0f} to {100 * (v.high - 1):+.0f} %" for v in one.unknowns)
         units = ", ".join(f"{value:g}" for value in one.acceptable)
         length = f"{one.stages} of {one.period:g} s"
-        rows.append((one.name, length, f"{one.horizon:g}", f"{ends} {one.unit}", noise, drawn, units, f"{one.lost:g}"))
+        rows.append(
+            (one.name, length, f"{one.horizon:g}", f"{ends} {one.unit}", noise, drawn, units, f"{one.lost_beyond:g}")
+        )
     columns = (
         wb.document.TableColumn("plant", width=12),
         wb.document.TableColumn("stages", width=8),
@@ -57,7 +59,7 @@ def choice_table(evidence: Evidence) -> wb.document.ReportTable:
             choice = evidence.choices[Item(problem.key, law.key)]
             knobs = ", ".join(f"{name} {value:.3g}" for name, value in knobs_of(law, choice).items())
             costs = choice.costs[np.isfinite(choice.costs)]
-            lossless = int((choice.lost == 0).sum())
+            lossless = int((choice.losses == 0).sum())
             best = float(choice.costs[choice.best])
             rows.append((problem.name if k == 0 else "", law.name, knobs, best, float(np.median(costs)), lossless))
     columns = (

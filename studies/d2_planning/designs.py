@@ -64,7 +64,7 @@ def weights(problem: Problem, knobs: Knobs) -> tuple[wb.Array, wb.Array]:
     return Q, np.diag(knobs["inputs"] / (span / 2) ** 2)
 
 
-def clipped(problem: Problem, knobs: Knobs) -> ClippedRegulator:
+def clipped_regulator(problem: Problem, knobs: Knobs) -> ClippedRegulator:
     """LQR about the rest, clipped."""
     model = linear_model(problem.key)
     K = wb.lqr(model.A, model.B, *weights(problem, knobs), discrete=True).K
@@ -90,9 +90,9 @@ def winding(problem: Problem, knobs: Knobs) -> IntegralRegulator:
     return integral(problem, knobs, 0.0)
 
 
-def governed(problem: Problem, knobs: Knobs) -> GovernedRegulator:
+def governed_regulator(problem: Problem, knobs: Knobs) -> GovernedRegulator:
     """LQR behind a scalar reference governor."""
-    model, K = linear_model(problem.key), clipped(problem, knobs).K
+    model, K = linear_model(problem.key), clipped_regulator(problem, knobs).K
     rows, closed = [K], model.A - model.B @ K
     for _ in range(problem.stages - 1):
         rows.append(rows[-1] @ closed)
@@ -118,7 +118,7 @@ def predictive(problem: Problem, knobs: Knobs) -> TargetPredictive:
     return TargetPredictive(target_of(problem), inner).run_every(problem.period)
 
 
-def converged(problem: Problem, knobs: Knobs) -> TargetPredictive:
+def converged_law(problem: Problem, knobs: Knobs) -> TargetPredictive:
     """The same with so many sweeps that more would change nothing."""
     inner = wb.ModelPredictive.of(problem.plant, predictive_design(problem, knobs, MANY_SWEEPS))
     return TargetPredictive(target_of(problem), inner).run_every(problem.period)
@@ -137,7 +137,7 @@ def sliding_mode(problem: Problem, knobs: Knobs) -> wb.Controller:
     return wb.arms.laws.DisturbanceCompensation(law)
 
 
-def proposed(problem: Problem, knobs: Knobs) -> wb.Controller:
+def proposed_law(problem: Problem, knobs: Knobs) -> wb.Controller:
     """AOSMC-RGS with the four repairs of report a1."""
     return wb.arms.laws.AosmcRgs(
         ARM,
@@ -163,10 +163,10 @@ LAWS = (
         "LQR + governor",
         (LOAD, INPUTS, RATES, Knob("margin", 0.0, 0.1)),
         ("K", "Phi", "margin"),
-        governed,
+        governed_regulator,
         1,
     ),
-    Law("lqr", "clipped LQR", (LOAD, INPUTS, RATES), ("K",), clipped, 2),
+    Law("lqr", "clipped LQR", (LOAD, INPUTS, RATES), ("K",), clipped_regulator, 2),
     Law(
         "lqi",
         "LQI + anti-windup",
@@ -206,12 +206,12 @@ LAWS = (
         "AOSMC-RGS",
         (LOAD, Knob("slope", 1.0, 20.0), Knob("gain", 0.1, 10.0), Knob("layer", 0.03, 3.0)),
         ("Lambda", "K", "phi"),
-        proposed,
+        proposed_law,
         7,
         "arm",
     ),
 )
-CONVERGED = Law("mpc", f"MPC of {MANY_SWEEPS} sweeps", (LOAD, INPUTS, RATES), (), converged, 0)
+CONVERGED = Law("mpc", f"MPC of {MANY_SWEEPS} sweeps", (LOAD, INPUTS, RATES), (), converged_law, 0)
 BY_KEY = {law.key: law for law in LAWS}
 
 

@@ -55,7 +55,7 @@ class Evidence:
         """The cost of each run, (N,); NaN where the run is lost."""
         return cost_of(PROBLEMS[at.problem], self.terms[at, law.key], weights)
 
-    def lost(self, at: Condition, law: Law) -> int:
+    def lost_runs(self, at: Condition, law: Law) -> int:
         """The number of lost runs."""
         return int(is_lost(PROBLEMS[at.problem], self.terms[at, law.key]).sum())
 
@@ -79,7 +79,7 @@ class Evidence:
     def order(self, at: Condition, rival: Law, words: str = "") -> str:
         """MPC beside a rival: by the share of lost runs where either loses any, else by the mean cost."""
         mpc = CONVERGED.key
-        lost = self.lost(at, BY_KEY[mpc]) + self.lost(at, rival)
+        lost = self.lost_runs(at, BY_KEY[mpc]) + self.lost_runs(at, rival)
         by = self.judge(at, words).by[KEPT.words if lost else PRIMARY.words]
         return by.order(BY_KEY[mpc].name, rival.name)
 

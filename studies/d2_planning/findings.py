@@ -34,15 +34,15 @@ def orders(evidence: Evidence, conditions: Sequence[Condition], rival: str, word
     return [evidence.order(at, BY_KEY[rival], words) for at in conditions]
 
 
-def verdict(found: Sequence[str]) -> str:
+def verdict(places: Sequence[str]) -> str:
     """The side that is lower at more of some conditions."""
-    low, high = found.count("below"), found.count("above")
+    low, high = places.count("below"), places.count("above")
     return MPC if low > high else OTHER if high > low else NEITHER
 
 
-def counted(found: Sequence[str]) -> str:
+def count_words(places: Sequence[str]) -> str:
     """The counts in words."""
-    return f"MPC lower {found.count('below')}, higher {found.count('above')}, neither {found.count('undecided')}"
+    return f"MPC lower {places.count('below')}, higher {places.count('above')}, neither {places.count('undecided')}"
 
 
 def usual(level: float = 1.0, kind: str = "") -> list[Condition]:
@@ -77,17 +77,17 @@ def predictive(evidence: Evidence) -> wb.Finding:
             if (rival, words) == ("lqr", "usual limits"):
                 continue
             found = orders(evidence, conditions, rival)
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
         for at in usual():
             found = orders(evidence, [at], rival)
             words = f"{BY_KEY[rival].name}, {PROBLEMS[at.problem].name} alone"
             variations.append(wb.Variation(words, verdict(found), ratio_words(evidence, at, rival)))
         for words in WEIGHTS:
             found = orders(evidence, usual(), rival, words)
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
         for words, statistic in STATISTICS.items():
             found = [evidence.order_by(at, BY_KEY[rival], statistic) for at in usual()]
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), counted(found)))
+            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
     low, high = base.count("below"), base.count("above")
     return wb.Finding(
         name="predictive_law",
@@ -134,25 +134,14 @@ def first_loss(evidence: Evidence, problem: str, key: str) -> str:
     """The widest level at which a law loses runs, in words."""
     law = BY_KEY[key]
     for level in reversed(PROBLEMS[problem].levels):
-        if lost := evidence.lost(Condition(problem, level), law):
+        if lost := evidence.lost_runs(Condition(problem, level), law):
             return f"{law.name} loses {lost} at level {level:g}"
     return ""
 
 
-def limits(evidence: Evidence) -> wb.Finding:
-    """What limits are worth."""
-    base = {key: where(evidence, key, "lqr") for key in PROBLEMS}
-    ratios = "; ".join(
-        f"{PROBLEMS[at.problem].name} {ratio_words(evidence, at, 'lqr')}, and "
-        f"{ratio_words(evidence, wide, 'lqr')} at the widest"
-        for at, wide in zip(tightest(), widest(), strict=True)
-    )
-    losses = "; ".join(
-        f"{problem.name}: {', '.join(found)}"
-        for problem in PROBLEMS.values()
-        if (found := [one for law in laws_of(problem) if (one := first_loss(evidence, problem.key, law.key))])
-    )
-    variations = [
+def limit_variations(evidence: Evidence) -> tuple[wb.Variation, ...]:
+    """The limits at which MPC is better than each rival, on each plant and by each statistic."""
+    alone = [
         wb.Variation(
             f"{BY_KEY[rival].name}, {PROBLEMS[key].name} alone",
             where(evidence, key, rival),
@@ -161,27 +150,41 @@ def limits(evidence: Evidence) -> wb.Finding:
         for rival in RIVALS
         for key in PROBLEMS
     ]
-    variations += [
+    together = [
         wb.Variation(
             f"{BY_KEY[rival].name}, all plants", most_common([where(evidence, key, rival) for key in PROBLEMS])
         )
         for rival in RIVALS
         if rival != "lqr"
     ]
-    variations += [
+    by_statistic = [
         wb.Variation(
-            f"clipped LQR by the {words}",
-            most_common([where(evidence, key, "lqr", statistic) for key in PROBLEMS]),
+            f"clipped LQR by the {words}", most_common([where(evidence, key, "lqr", statistic) for key in PROBLEMS])
         )
         for words, statistic in STATISTICS.items()
     ]
+    return (*alone, *together, *by_statistic)
+
+
+def limits(evidence: Evidence) -> wb.Finding:
+    """The worth of planning within limits."""
+    base = {key: where(evidence, key, "lqr") for key in PROBLEMS}
+    ratios = "; ".join(
+        f"{PROBLEMS[at.problem].name} {ratio_words(evidence, at, 'lqr')}, and {ratio_words(evidence, wide, 'lqr')}"
+        for at, wide in zip(tightest(), widest(), strict=True)
+    )
+    losses = "; ".join(
+        f"{problem.name}: {', '.join(words)}"
+        for problem in PROBLEMS.values()
+        if (words := [one for law in laws_of(problem) if (one := first_loss(evidence, problem.key, law.key))])
+    )
     return wb.Finding(
         name="worth_of_planning_limits",
         statement="By plant, MPC is significantly better than clipped LQR: "
         + "; ".join(f"{PROBLEMS[key].name} {answer}" for key, answer in base.items())
         + ".",
-        evidence=f"The mean cost of clipped LQR over that of MPC at the tightest limits: {ratios}. The widest limits "
-        f"at which runs are lost: {losses or 'none are lost'}.",
+        evidence="The mean cost of clipped LQR over that of MPC, or lost runs, at the tightest and at the widest "
+        f"limits: {ratios}. The widest limits at which runs are lost: {losses or 'none are lost'}.",
         statistic="The levels of the limits at which MPC is significantly better: by the share of lost runs where "
         "either law loses any, else by the mean cost. The answer is that of most plants.",
         sample=SAMPLE,
@@ -189,7 +192,7 @@ def limits(evidence: Evidence) -> wb.Finding:
         assumptions=f"{ASSUMED} The numbers of each law stay those of the usual limits.",
         fitted_numbers=FITS,
         answer=most_common(list(base.values())),
-        variations=tuple(variations),
+        variations=limit_variations(evidence),
         limitations="Limits of states, and limits that a law does not know.",
     )
 

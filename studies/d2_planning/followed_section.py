@@ -1,4 +1,4 @@
-"""The section on planned motions: the plans, and the share of loops that arrive when they are followed."""
+"""The section on planned motions: the plans, and the share of loops that arrive when they are runs."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from studies.d2_planning.followers import (
 )
 from studies.d2_planning.motions import FUNNEL_RUNS, JUDGED, MOTIONS, REST, PlannedMotion
 
+SHORT = {"cart": "cart-pole", "furuta": "Furuta pendulum", "arm": "the paper's arm"}
 NOBODY = "no way to follow"
 NEAR = {"half the distance": 0.5, "twice the distance": 2.0}
 
@@ -36,18 +37,18 @@ NEAR = {"half the distance": 0.5, "twice the distance": 2.0}
 class Share:
     """The share of runs that arrive, with its interval at 95 % (Clopper and Pearson)."""
 
-    arrived: wb.Array  # (N,), true where a run arrives
+    arrivals: wb.Array  # (N,), true where a run arrives
 
     @cached_property
     def value(self) -> float:
         """The share."""
-        return float(self.arrived.mean())
+        return float(self.arrivals.mean())
 
     @cached_property
     def interval(self) -> tuple[float, float]:
         """The interval of the share of all draws, by that of a sampled funnel."""
-        none = np.empty((len(self.arrived), 0))
-        return wb.planning.Funnel(none, none, none, self.arrived, 0.95).interval
+        none = np.empty((len(self.arrivals), 0))
+        return wb.planning.Funnel(none, none, none, self.arrivals, 0.95).interval
 
     @property
     def words(self) -> str:
@@ -57,7 +58,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Followed:
+class Arrivals:
     """The plans, and the errors at the end of all runs that follow them."""
 
     plans: Mapping[str, PlannedMotion]
@@ -100,7 +101,7 @@ class Followed:
         )
 
 
-def gather(results: wb.Results) -> Followed:
+def gather(results: wb.Results) -> Arrivals:
     """The plans and the errors in the results of the study."""
     errors = dict[tuple[str, str, str, float], wb.Array]()
     for key, motion in MOTIONS.items():
@@ -112,46 +113,46 @@ def gather(results: wb.Results) -> Followed:
     key, spread = HARDEST
     sample = results.sample(sweep_name(MOTIONS[key], NONLINEAR))
     errors[key, NONLINEAR, "", spread] = end_errors(sample.measurement)
-    return Followed(dict(zip(MOTIONS, results.work("plans"), strict=True)), errors)
+    return Arrivals(dict(zip(MOTIONS, results.work("plans"), strict=True)), errors)
 
 
-def finding(followed: Followed) -> wb.Finding:
-    """The worth of feedback along a plan."""
+def changed_answers(runs: Arrivals) -> tuple[wb.Variation, ...]:
+    """The answers on each motion, at each spread, under each condition and within other distances."""
     words = {key: motion.name for key, motion in MOTIONS.items()}
-    along = "; ".join(f"{words[key]} {followed.share(key, ALONG).words}" for key in MOTIONS)
-    others = "; ".join(
-        f"{name}: " + ", ".join(f"{100 * followed.share(key, name).value:.0f} %" for key in MOTIONS)
-        for name in FOLLOWERS
-        if name != ALONG
-    )
-    variations = [
-        wb.Variation(f"{words[key]} alone", followed.answer((key,)), followed.detail((key,))) for key in MOTIONS
-    ]
+    variations = [wb.Variation(f"{words[key]} alone", runs.answer((key,)), runs.detail((key,))) for key in MOTIONS]
     variations += [
-        wb.Variation(f"numbers off by up to {100 * s:g} %", followed.answer(spread=s), followed.detail(spread=s))
+        wb.Variation(f"numbers off by up to {100 * s:g} %", runs.answer(spread=s), runs.detail(spread=s))
         for s in SPREADS
         if s != USUAL
     ]
     variations += [
         wb.Variation(
             f"{words[key]}, numbers off by up to {100 * s:g} %",
-            followed.answer((key,), spread=s),
-            followed.detail((key,), spread=s),
+            runs.answer((key,), spread=s),
+            runs.detail((key,), spread=s),
         )
         for key in MOTIONS
         for s in SPREADS
         if s != USUAL
     ]
     variations += [
-        wb.Variation(name, followed.answer(condition=name), followed.detail(condition=name))
-        for name in CONDITIONS
-        if name
+        wb.Variation(name, runs.answer(condition=name), runs.detail(condition=name)) for name in CONDITIONS if name
     ]
     variations += [
-        wb.Variation(f"arrived within {name}", followed.answer(near=factor), followed.detail(near=factor))
+        wb.Variation(f"arrived within {name}", runs.answer(near=factor), runs.detail(near=factor))
         for name, factor in NEAR.items()
     ]
-    variations.append(with_nonlinear(followed))
+    return (*variations, with_nonlinear(runs))
+
+
+def finding(runs: Arrivals) -> wb.Finding:
+    """The worth of feedback along a plan."""
+    along = "; ".join(f"{MOTIONS[key].name} {runs.share(key, ALONG).words}" for key in MOTIONS)
+    others = "; ".join(
+        f"{name}: " + ", ".join(f"{100 * runs.share(key, name).value:.0f} %" for key in MOTIONS)
+        for name in FOLLOWERS
+        if name != ALONG
+    )
     return wb.Finding(
         name="followed_plans",
         statement=f"With gains along the plan, and numbers that are off by up to {100 * USUAL:g} %, these shares of "
@@ -167,16 +168,16 @@ def finding(followed: Followed) -> wb.Finding:
         "the model's numbers, and their command comes a period of 10 ms late.",
         assumptions="The plans keep narrower limits than the drives, for feedback; the weights of the gains are ours.",
         fitted_numbers="None.",
-        answer=followed.answer(),
-        variations=tuple(variations),
+        answer=runs.answer(),
+        variations=changed_answers(runs),
         limitations="Plans for other durations and weights, plans that are made again on the way, and friction that "
         "the model lacks.",
     )
 
 
-def with_nonlinear(followed: Followed) -> wb.Variation:
+def with_nonlinear(runs: Arrivals) -> wb.Variation:
     """The answer with the nonlinear predictive law among the ways, where it was run."""
-    shares = followed.hardest()
+    shares = runs.hardest()
     most = max(one.interval[0] for one in shares.values())
     best = [name for name, one in shares.items() if one.interval[1] >= most]
     key, spread = HARDEST
@@ -187,7 +188,7 @@ def with_nonlinear(followed: Followed) -> wb.Variation:
     )
 
 
-def section(followed: Followed) -> wb.Section:
+def section(runs: Arrivals) -> wb.Section:
     """The planned motions in pictures and tables."""
     words = (
         "Each motion is planned for the model, and followed by a computer with a period of 10 ms, whose command acts a "
@@ -197,17 +198,17 @@ def section(followed: Followed) -> wb.Section:
         f"last tenth of the plan. '{FORWARD}' has no feedback at all. Where these lose most loops, on the "
         f"{MOTIONS[HARDEST[0]].name} with numbers off by up to {100 * HARDEST[1]:g} %, a nonlinear predictive law with "
         f"the same weights previews {STAGES} periods of the plan: of {FEW} loops "
-        f"{followed.hardest()[NONLINEAR].words} arrive, and {followed.hardest()[ALONG].words} with gains along it."
+        f"{runs.hardest()[NONLINEAR].words} arrive, and {runs.hardest()[ALONG].words} with gains along it."
     )
-    blocks = (wb.Paragraph(words), plan_figure(followed), share_figure(followed), plan_table(followed))
+    blocks = (wb.Paragraph(words), plan_figure(runs), share_figure(runs), plan_table(runs))
     return wb.Section("Planned and followed", blocks)
 
 
-def plan_figure(followed: Followed) -> wb.document.Figure:
+def plan_figure(runs: Arrivals) -> wb.document.Figure:
     """The planned states and inputs."""
     panels = []
     for key, motion in MOTIONS.items():
-        plan, plant = followed.plans[key], motion.plant
+        plan, plant = runs.plans[key], motion.plant
         shown = plant.states.labels[:2] if key == "arm" else motion.plant.outputs.labels
         series: list[wb.document.Mark] = []
         for i, label in enumerate(shown):
@@ -215,9 +216,9 @@ def plan_figure(followed: Followed) -> wb.document.Figure:
             x = np.concatenate([plan.x_begins[:, j], plan.x_ends[-1:, j]])
             unit = "m" if label == "x" else "rad"
             series.append(wb.document.Series(f"{label} [{unit}]", plan.t, x, i))
-        panels.append(wb.document.Panel("position", tuple(series), title=motion.name))
+        panels.append(wb.document.Panel("position", tuple(series), title=SHORT[key]))
     for motion in MOTIONS.values():
-        plan, inputs = followed.plans[motion.key], motion.plant.inputs
+        plan, inputs = runs.plans[motion.key], motion.plant.inputs
         series = []
         for j, label in enumerate(inputs.labels):
             t = np.column_stack([plan.t[:-1], plan.t[1:]]).ravel()
@@ -228,26 +229,30 @@ def plan_figure(followed: Followed) -> wb.document.Figure:
     return wb.document.Figure("plans", "The planned motions and their inputs.", tuple(panels), columns=3)
 
 
-def share_figure(followed: Followed) -> wb.document.Figure:
+def share_figure(runs: Arrivals) -> wb.document.Figure:
     """The share of loops that arrive, by what the designer does not know."""
     panels = []
     for key, motion in MOTIONS.items():
         marks: list[wb.document.Mark] = []
         for i, name in enumerate(FOLLOWERS):
-            shares = [followed.share(key, name, s) for s in SPREADS]
+            shares = [runs.share(key, name, s) for s in SPREADS]
             low, high = (100 * np.array([one.interval[k] for one in shares]) for k in (0, 1))
             x = 100 * np.array(SPREADS) + 0.5 * (i - 1.5)
             y = 100 * np.array([one.value for one in shares])
             marks.append(wb.document.Points(name, x, y, style=i, ylow=low, yhigh=high))
         if key == HARDEST[0]:
-            one = followed.hardest()[NONLINEAR]
+            one = runs.hardest()[NONLINEAR]
             low, high = (100 * np.array([end]) for end in one.interval)
             at = np.array([100 * HARDEST[1] + 1.25])
             mark = wb.document.Points(NONLINEAR, at, 100 * np.array([one.value]), style=4, ylow=low, yhigh=high)
             marks.append(mark)
         panels.append(
             wb.document.Panel(
-                "loops that arrive [%]", tuple(marks), "numbers off by up to [%]", ylim=(-3.0, 103.0), title=motion.name
+                "loops that arrive [%]",
+                tuple(marks),
+                "numbers off by up to [%]",
+                ylim=(-3.0, 103.0),
+                title=SHORT[key],
             )
         )
     caption = (
@@ -257,11 +262,11 @@ def share_figure(followed: Followed) -> wb.document.Figure:
     return wb.document.Figure("arrivals", caption, tuple(panels), columns=3)
 
 
-def plan_table(followed: Followed) -> wb.document.ReportTable:
+def plan_table(runs: Arrivals) -> wb.document.ReportTable:
     """The plans and their certificates."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for key, motion in MOTIONS.items():
-        one = followed.plans[key]
+        one = runs.plans[key]
         funnel = f"{100 * one.funnel_share:.0f} ({100 * one.funnel_low:.1f} to {100 * one.funnel_high:.1f})"
         limits = wb.document.join_names(one.active_limits) or "none"
         rows.append((motion.name, float(one.t[-1]), f"{one.defect:.1g}", f"{one.run_defect:.1g}", limits, funnel))

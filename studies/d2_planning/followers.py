@@ -110,7 +110,7 @@ def factors_of(motion: Motion) -> tuple[wb.Factor, ...]:
     """The numbers that the designer does not know, and the start, which the observer does not know either."""
     most = SPREADS[-1]
     return (
-        *(wb.Factor(name, (path,), wb.Uniform(1 - most, 1 + most), share=True) for name, path in motion.varied),
+        *(wb.Factor(name, (path,), wb.Uniform(1 - most, 1 + most), share=True) for name, path in motion.unknowns),
         *(
             wb.Factor(f"start of {name}", (f"plant.{name}",), wb.Uniform(at - half, at + half))
             for name, half in motion.starts
@@ -137,7 +137,7 @@ def sweep(motion: Motion, plan: PlannedMotion, follower: str, condition: str = "
     """A plan that is followed on all draws, at all spreads or at the usual one."""
     loop, factors = followed_loop(motion, plan, follower, condition), factors_of(motion)
     drawn = wb.uncertainty.MonteCarlo(len(factors), DRAWS, SEED).points()
-    varied = len(motion.varied)
+    varied = len(motion.unknowns)
     rows = []
     for spread in spreads_of(follower, condition):
         one = drawn[: FEW if follower == NONLINEAR else DRAWS].copy()

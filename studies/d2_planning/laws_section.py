@@ -10,6 +10,7 @@ from studies.d2_planning.designs import BY_KEY, MANY_SWEEPS, SWEEPS, laws_of
 from studies.d2_planning.evidence import CONFIDENCE, MARGIN, PRIMARY, Condition, Evidence
 from studies.d2_planning.problems import PROBLEMS, Problem
 
+SHORT = {"arm": "the paper's arm", "tank": "four tanks", "quadrotor": "quadrotor"}
 TERMS = ("RMSE", "late RMSE", "variation")
 
 
@@ -39,8 +40,8 @@ def cost_table(evidence: Evidence, problem: Problem) -> wb.document.ReportTable:
         low, high = comparison.level.low[i], comparison.level.high[i]
         span = f"{low:.3g} to {high:.3g}" if np.isfinite([low, high]).all() else "not bounded"
         terms = np.nanmedian(evidence.terms[at, law.key], axis=0)
-        mean = wb.document.MissingCell("runs lost") if evidence.lost(at, law) else float(np.mean(cost))
-        rows.append((law.name, mean, span, float(np.nanmedian(cost)), evidence.lost(at, law), *map(float, terms)))
+        mean = wb.document.MissingCell("runs lost") if evidence.lost_runs(at, law) else float(np.mean(cost))
+        rows.append((law.name, mean, span, float(np.nanmedian(cost)), evidence.lost_runs(at, law), *map(float, terms)))
     unit, rate = problem.output_unit, f"{problem.unit}/s"
     columns = (
         wb.document.TableColumn("law"),
@@ -77,23 +78,27 @@ def limit_figure(evidence: Evidence) -> wb.document.Figure:
     panels = []
     for problem in PROBLEMS.values():
         marks: list[wb.document.Mark] = []
+        mpc = laws_of(problem)[0]
+        unit = middle(evidence.cost(Condition(problem.key, problem.levels[-1]), mpc))
         for law in laws_of(problem):
-            y = [middle(evidence.cost(Condition(problem.key, level), law)) for level in problem.levels]
-            marks.append(wb.document.Series(law.name, np.array(problem.levels), np.array(y), law.style, "marks"))
-        panels.append(wb.document.Panel("median cost", tuple(marks), LEVEL, yscale="log", title=problem.name))
+            y = [middle(evidence.cost(Condition(problem.key, level), law)) / unit for level in problem.levels]
+            marks.append(wb.document.Series(law.name, np.array(problem.levels), np.array(y), law.style))
+        panels.append(wb.document.Panel(COST, tuple(marks), LEVEL, ylim=SHOWN, title=SHORT[problem.key]))
     for problem in PROBLEMS.values():
         marks = []
         for law in laws_of(problem):
-            y = [100 * evidence.lost(Condition(problem.key, level), law) / DRAWS for level in problem.levels]
-            marks.append(wb.document.Series(law.name, np.array(problem.levels), np.array(y), law.style, "marks"))
-        panels.append(wb.document.Panel("lost runs [%]", tuple(marks), LEVEL, ylim=(-3.0, 103.0)))
+            y = [100 * evidence.lost_runs(Condition(problem.key, level), law) / DRAWS for level in problem.levels]
+            marks.append(wb.document.Series(law.name, np.array(problem.levels), np.array(y), law.style))
+        panels.append(wb.document.Panel("lost runs [%]", tuple(marks), LEVEL, ylim=(-2.0, 50.0)))
     caption = (
-        "The median cost of each law over all draws, a lost run being worse than any other, and the share of lost "
-        "runs, by the level of the limits. A law that loses half of its runs has no median, and no point."
+        "The median cost of each law over all draws, a lost run being worse than any other, as a multiple of that of "
+        "MPC at the widest limits; and the share of lost runs. Both by the level of the limits. Costs beyond "
+        f"{SHOWN[1]:g} are not shown; they are in the tables."
     )
     return wb.document.Figure("limits", caption, tuple(panels), columns=3)
 
 
+COST, SHOWN = "median cost (multiple)", (0.5, 2.5)
 LEVEL = "limit / usual limit"
 
 
@@ -106,7 +111,7 @@ def middle(cost: wb.Array) -> float:
 def ratio_words(evidence: Evidence, at: Condition, rival: str) -> str:
     """The mean cost of a rival over that of MPC, with its interval, or the numbers of lost runs."""
     laws = {law.key: law for law in laws_of(PROBLEMS[at.problem])}
-    lost = evidence.lost(at, laws["mpc"]), evidence.lost(at, laws[rival])
+    lost = evidence.lost_runs(at, laws["mpc"]), evidence.lost_runs(at, laws[rival])
     if any(lost):
         return f"lost: {lost[1]} (MPC {lost[0]})"
     one = evidence.judge(at, only=("mpc", rival)).by[PRIMARY.words]
@@ -181,5 +186,5 @@ def other_table(evidence: Evidence) -> wb.document.ReportTable:
 def cost_words(evidence: Evidence, at: Condition, key: str) -> str:
     """The mean cost of a law, or the number of its lost runs."""
     law = next(one for one in laws_of(PROBLEMS[at.problem]) if one.key == key)
-    lost = evidence.lost(at, law)
+    lost = evidence.lost_runs(at, law)
     return f"{lost} lost" if lost else f"{np.mean(evidence.cost(at, law)):.3g}"

@@ -1,4 +1,4 @@
-"""What each law costs on a microcontroller: operations in a period, and instructions of its C code on a Cortex-M7."""
+"""The cost of each law on a microcontroller: operations in a period, and instructions of its C on a Cortex-M7."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class Motion:
     noise: Mapping[str, float]
     quantum: Mapping[str, float]
     process: tuple[float, ...]  # of the extended Kalman filter
-    varied: tuple[tuple[str, str], ...]  # names and paths of what the designer does not know exactly
+    unknowns: tuple[tuple[str, str], ...]  # names and paths of what the designer does not know exactly
     starts: tuple[tuple[str, float], ...]  # states at the start, with half of their ranges
     funnel: tuple[Mapping[str, float], Mapping[str, float]] = field(default_factory=lambda: ({}, {}))
 
@@ -76,7 +76,7 @@ class PlannedMotion:
         return wb.core.MotionRecord(self.t, plant.states, plant.inputs, *parts)
 
 
-def planned(key: str) -> PlannedMotion:
+def plan_motion(key: str) -> PlannedMotion:
     """The plan of a motion, the gains along it and its sampled funnel."""
     one = MOTIONS[key]
     ode = wb.open_loop(one.plant)

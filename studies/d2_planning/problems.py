@@ -34,7 +34,7 @@ class Problem:
     plant: wb.Plant
     unit: str  # of the inputs
     output_unit: str
-    followed: tuple[str, ...]  # outputs that follow a reference
+    tracks: tuple[str, ...]  # outputs that follow a reference
     x0: tuple[float, ...]  # the rest about which all is linearised
     u0: Pair
     r0: Pair
@@ -47,13 +47,13 @@ class Problem:
     levels: tuple[float, ...]  # of the limits, as shares of `high` (and of `low`)
     noise: tuple[tuple[str, float], ...]
     quantum: tuple[tuple[str, float], ...]
-    varied: tuple[VariedNumber, ...]
+    unknowns: tuple[VariedNumber, ...]
     starts: tuple[tuple[str, float, float], ...]  # states that are drawn, with their ranges
     targets: tuple[Pair, Pair]
     drift: Pair  # standard deviation of a period's change of the states and of d, for the observer
     sizes: tuple[float, ...]  # of states that count alike in the quadratic cost; rates by a knob
     acceptable: tuple[float, float, float]  # RMSE, late RMSE, total variation
-    lost: float  # a late RMSE beyond which a run is lost
+    lost_beyond: float  # a late RMSE beyond which a run is lost
 
     @property
     def model(self) -> LoadedPlant:
@@ -63,9 +63,9 @@ class Problem:
     @property
     def outputs(self) -> wb.Layout:
         """The outputs that follow a reference."""
-        return wb.Layout(tuple(self.plant.outputs[name] for name in self.followed))
+        return wb.Layout(tuple(self.plant.outputs[name] for name in self.tracks))
 
-    def limited(self, level: float) -> Problem:
+    def with_limits(self, level: float) -> Problem:
         """The same with other limits."""
         low, high = ((level * end[0], level * end[1]) for end in (self.low, self.high))
         return replace(self, low=low if min(self.low) < 0 else self.low, high=high)
@@ -89,7 +89,7 @@ def linear_model(key: str) -> LinearModel:
     ode = wb.open_loop(problem.plant)
     linear = wb.linearize(ode, 0.0, np.array(problem.x0), u=np.array(problem.u0), at_rest=True)
     sampled = wb.c2d(linear, problem.period)
-    labels = [label for label in linear.output_labels if label.partition("[")[0] in problem.followed]
+    labels = [label for label in linear.output_labels if label.partition("[")[0] in problem.tracks]
     C = np.asarray(linear.C)[[linear.output_labels.index(label) for label in labels]]
     A, B = np.asarray(sampled.A), np.asarray(sampled.B)
     n, m = B.shape
@@ -136,7 +136,7 @@ def _arm() -> Problem:
         plant=wb.Manipulator(ARM, q=(0.0, 0.0)),
         unit="N m",
         output_unit="rad",
-        followed=("q",),
+        tracks=("q",),
         x0=(*target, 0.0, 0.0),
         u0=(float(u0[0]), float(u0[1])),
         r0=target,
@@ -149,7 +149,7 @@ def _arm() -> Problem:
         levels=(0.6, 0.7, 0.85, 1.0, 1.4, 2.0),
         noise=(("q", 5e-4),),
         quantum=(("q", 1e-3),),
-        varied=(
+        unknowns=(
             VariedNumber("first mass", ("plant.arm.links[0].mass",), 0.85, 1.15),
             VariedNumber("second mass", ("plant.arm.links[1].mass",), 0.85, 1.15),
         ),
@@ -158,7 +158,7 @@ def _arm() -> Problem:
         drift=(2e-2, 3.0),
         sizes=(1.0, 1.0, 1.0, 1.0),
         acceptable=(0.3, 0.005, 300.0),
-        lost=0.3,
+        lost_beyond=0.3,
     )
 
 
@@ -177,7 +177,7 @@ def _tank() -> Problem:
         plant=plant,
         unit="V",
         output_unit="cm",
-        followed=("h_1", "h_2"),
+        tracks=("h_1", "h_2"),
         x0=(*r0, float(h_3), float(h_4)),
         u0=(float(v[0]), float(v[1])),
         r0=r0,
@@ -190,7 +190,7 @@ def _tank() -> Problem:
         levels=(0.8, 0.85, 0.9, 1.0, 1.3, 2.0),
         noise=(("h_1", 0.02), ("h_2", 0.02)),
         quantum=(("h_1", 0.02), ("h_2", 0.02)),
-        varied=(
+        unknowns=(
             VariedNumber("first pump", ("plant.k_1",), 0.93, 1.07),
             VariedNumber("second pump", ("plant.k_2",), 0.93, 1.07),
             VariedNumber("first valve", ("plant.gamma_1",), 0.95, 1.05),
@@ -201,7 +201,7 @@ def _tank() -> Problem:
         drift=(2e-2, 1e-2),
         sizes=(1.0, 1.0, 1.0, 1.0),
         acceptable=(0.8, 0.1, 0.05),
-        lost=1.0,
+        lost_beyond=1.0,
     )
 
 
@@ -214,7 +214,7 @@ def _quadrotor() -> Problem:
         plant=plant,
         unit="N",
         output_unit="m",
-        followed=("x", "y"),
+        tracks=("x", "y"),
         x0=(0.0,) * 6,
         u0=(float(hover), float(hover)),
         r0=(0.0, 0.0),
@@ -227,7 +227,7 @@ def _quadrotor() -> Problem:
         levels=(0.75, 0.85, 1.0, 1.25, 1.75, 2.5),
         noise=(("x", 5e-3), ("y", 5e-3), ("theta", 3e-3)),
         quantum=(("x", 1e-3), ("y", 1e-3), ("theta", 1e-3)),
-        varied=(
+        unknowns=(
             VariedNumber("mass", ("plant.m",), 0.9, 1.1),
             VariedNumber("inertia", ("plant.I",), 0.8, 1.2),
             VariedNumber("arm", ("plant.r",), 0.95, 1.05),
@@ -237,7 +237,7 @@ def _quadrotor() -> Problem:
         drift=(2e-2, 1e-1),
         sizes=(1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
         acceptable=(0.5, 0.05, 5.0),
-        lost=0.5,
+        lost_beyond=0.5,
     )
 
 

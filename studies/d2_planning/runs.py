@@ -14,9 +14,9 @@ HALF = 0.5  # of the time, that counts as late
 
 def reference_of(problem: Problem) -> wb.Reference:
     """A constant target; its numbers are drawn."""
-    if len(problem.followed) == 1:
-        return wb.Constant(problem.followed[0], problem.output_unit, problem.r0)
-    parts = (wb.Constant(name, problem.output_unit, (r,)) for name, r in zip(problem.followed, problem.r0, strict=True))
+    if len(problem.tracks) == 1:
+        return wb.Constant(problem.tracks[0], problem.output_unit, problem.r0)
+    parts = (wb.Constant(name, problem.output_unit, (r,)) for name, r in zip(problem.tracks, problem.r0, strict=True))
     return wb.CombinedReference(tuple(parts))
 
 
@@ -38,12 +38,12 @@ def loop_of(problem: Problem, law: Law, knobs: Knobs, late: bool = False) -> wb.
 def factors_of(problem: Problem, loop: wb.DigitalLoop) -> tuple[wb.Factor, ...]:
     """All that is drawn for each run: numbers of the plant, its start and the target. The observer starts at zero."""
     target = [f"reference.position[{i}]" for i in (0, 1)]
-    if len(problem.followed) > 1:
+    if len(problem.tracks) > 1:
         target = [f"reference.parts[{i}].position" for i in (0, 1)]
     return (
-        *(wb.Factor(one.name, one.paths, wb.Uniform(one.low, one.high), share=True) for one in problem.varied),
+        *(wb.Factor(one.name, one.paths, wb.Uniform(one.low, one.high), share=True) for one in problem.unknowns),
         *(
-            wb.Factor(f"start of {name}", (f"plant.{name}", observed(name)), wb.Uniform(low, high))
+            wb.Factor(f"start of {name}", (f"plant.{name}", estimate_path(name)), wb.Uniform(low, high))
             for name, low, high in problem.starts
         ),
         *(
@@ -53,7 +53,7 @@ def factors_of(problem: Problem, loop: wb.DigitalLoop) -> tuple[wb.Factor, ...]:
     )
 
 
-def observed(state: str) -> str:
+def estimate_path(state: str) -> str:
     """The path of the first estimate of a state, which is told to the observer."""
     name, bracket, rest = state.partition("[")
     return f"observer.{name}_hat{bracket}{rest}"
@@ -61,8 +61,8 @@ def observed(state: str) -> str:
 
 def error_names(problem: Problem) -> tuple[str, ...]:
     """The names of the errors of the outputs that follow a reference."""
-    one = len(problem.followed) == 1
-    return ("e",) if one else tuple(f"e_{name}" for name in problem.followed)
+    one = len(problem.tracks) == 1
+    return ("e",) if one else tuple(f"e_{name}" for name in problem.tracks)
 
 
 def metrics_of(problem: Problem) -> tuple[wb.metrics.AbstractMetric, ...]:
@@ -102,4 +102,4 @@ def cost_of(problem: Problem, terms: wb.Array, weights: tuple[float, float, floa
 
 def is_lost(problem: Problem, terms: wb.Array) -> wb.Array:
     """True for a run that diverged or ends far from its target, (N,)."""
-    return np.asarray(~(terms[:, 1] <= problem.lost))
+    return np.asarray(~(terms[:, 1] <= problem.lost_beyond))

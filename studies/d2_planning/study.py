@@ -14,7 +14,7 @@ from studies.d2_planning.choices import choose, items
 from studies.d2_planning.evidence import Evidence, gather
 from studies.d2_planning.laws_section import cost_section, limits_section
 from studies.d2_planning.machine import cost_on_machine, costs_items
-from studies.d2_planning.motions import MOTIONS, planned
+from studies.d2_planning.motions import MOTIONS, plan_motion
 
 
 def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
@@ -24,18 +24,18 @@ def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
 
 def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    evidence, followed, costs = gather(results), followed_section.gather(results), machine_section.gather(results)
+    evidence, arrivals, costs = gather(results), followed_section.gather(results), machine_section.gather(results)
     return wb.Page(
-        answer(evidence, followed),
+        answer(evidence, arrivals),
         (
-            followed_section.finding(followed),
+            followed_section.finding(arrivals),
             findings.predictive(evidence),
             findings.limits(evidence),
             findings.arm_laws(evidence),
             machine_section.finding(costs),
         ),
         (
-            followed_section.section(followed),
+            followed_section.section(arrivals),
             cost_section(evidence),
             limits_section(evidence),
             machine_section.section(costs),
@@ -44,16 +44,16 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def answer(evidence: Evidence, followed: followed_section.Followed) -> str:
+def answer(evidence: Evidence, arrivals: followed_section.Arrivals) -> str:
     """The answer of the page in at most forty words."""
-    arrived = [followed.share(key, followers.ALONG).value for key in MOTIONS]
+    arrived = [arrivals.share(key, followers.ALONG).value for key in MOTIONS]
     shares = "–".join(dict.fromkeys(f"{100 * share:.0f}" for share in (min(arrived), max(arrived))))
     usual, tight = (
         findings.verdict(findings.orders(evidence, places, "lqr")) for places in (findings.usual(), findings.tightest())
     )
     words = {findings.MPC: "MPC is better", findings.OTHER: "clipped LQR is better", findings.NEITHER: "neither leads"}
     return (
-        f"Followed with gains along the plan, {shares} % of motions arrive. Tuned alike, of MPC and clipped LQR "
+        f"Arrivals with gains along the plan, {shares} % of motions arrive. Tuned alike, of MPC and clipped LQR "
         f"{words[usual]} at usual limits and {words[tight]} at tight ones, counting plants; computed torque or LQI "
         "leads on the arm."
     )
@@ -78,7 +78,7 @@ study = wb.Study(
         "emulated Cortex-M7."
     ),
     works=(
-        wb.Work("plans", planned, tuple(MOTIONS), seconds=5.0),
+        wb.Work("plans", plan_motion, tuple(MOTIONS), seconds=5.0),
         wb.Work("choices", choose, items(), seconds=4.0),
         wb.Work("costs", cost_on_machine, costs_items(), seconds=3.0),
     ),

@@ -1,4 +1,4 @@
-"""What all laws of this study share: the model of their observer, and the rest that a law holds within limits."""
+"""The parts that all laws of this study share: the model of their observer, and the rest that a law holds."""
 
 from __future__ import annotations
 

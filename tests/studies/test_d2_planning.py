@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.d2_planning.choices import CANDIDATES, Choice, candidates, judged
-from studies.d2_planning.designs import BY_KEY, LAWS, LOAD, MOST_KNOBS, clipped, governed, laws_of
+from studies.d2_planning.choices import CANDIDATES, Choice, candidates, judge_candidates
+from studies.d2_planning.designs import BY_KEY, LAWS, LOAD, MOST_KNOBS, clipped_regulator, governed_regulator, laws_of
 from studies.d2_planning.followed_section import Share
 from studies.d2_planning.followers import ALONG, CAUGHT, FOLLOWERS, FORWARD, gains_of
 from studies.d2_planning.motions import PlannedMotion
@@ -38,7 +38,7 @@ def test_the_predictive_law_is_the_clipped_regulator_where_no_limit_acts():
 
 def test_the_governed_prediction_keeps_the_limits_from_a_state_at_rest():
     problem = PROBLEMS["tank"]
-    law, model = governed(problem, KNOBS), linear_model("tank")
+    law, model = governed_regulator(problem, KNOBS), linear_model("tank")
     own = law.target
     x = np.array(problem.x0)
     est = wb.Signals({**own.states.view(ca.SX(x)), "d": ca.SX.zeros(2)})
@@ -61,7 +61,7 @@ def test_all_laws_choose_among_as_many_candidates_and_each_may_choose_the_observ
         assert law.knobs[0] == LOAD
         assert len(law.knobs) <= MOST_KNOBS
     assert {law.key for law in laws_of(PROBLEMS["arm"])} == set(BY_KEY)
-    assert clipped(PROBLEMS["arm"], KNOBS).K.shape == (2, 4)
+    assert clipped_regulator(PROBLEMS["arm"], KNOBS).K.shape == (2, 4)
 
 
 def test_a_candidate_that_loses_fewer_runs_is_better_at_any_cost():
@@ -72,11 +72,11 @@ def test_a_candidate_that_loses_fewer_runs_is_better_at_any_cost():
 
 def test_a_run_that_diverged_or_ends_far_away_is_lost_and_never_averaged():
     problem = PROBLEMS["arm"]
-    terms = np.array([[0.3, 0.005, 300.0], [0.3, 2 * problem.lost, 300.0], [np.nan, np.nan, np.nan]])
+    terms = np.array([[0.3, 0.005, 300.0], [0.3, 2 * problem.lost_beyond, 300.0], [np.nan, np.nan, np.nan]])
     np.testing.assert_array_equal(is_lost(problem, terms), [False, True, True])
     np.testing.assert_allclose(cost_of(problem, terms)[0], 3.0)  # one for each term
     assert np.isnan(cost_of(problem, terms)[1:]).all()
-    lost, costs = judged(problem, terms[np.newaxis])
+    lost, costs = judge_candidates(problem, terms[np.newaxis])
     assert (lost[0], costs[0]) == (2.0, pytest.approx(3.0))
 
 
