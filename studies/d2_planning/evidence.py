@@ -83,6 +83,19 @@ class Evidence:
         by = self.judge(at, words).by[KEPT.words if lost else PRIMARY.words]
         return by.order(BY_KEY[mpc].name, rival.name)
 
+    def order_of_converged(self, at: Condition, rival: Law) -> str:
+        """MPC of many sweeps beside a rival, both at the limits of a condition, as `order` has it."""
+        more = Condition(at.problem, at.level, MORE)
+        places = {CONVERGED.name: (more, CONVERGED), rival.name: (at, rival)}
+        pairs = wb.evidence.pair_samples(
+            {name: self.cost(*place) for name, place in places.items()},
+            metric="cost",
+            errors={name: self.errors[place[0], place[1].key] for name, place in places.items()},
+        )
+        statistic = KEPT if any(self.lost_runs(*place) for place in places.values()) else PRIMARY
+        by = wb.evidence.compare(pairs, statistic, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+        return by.order(CONVERGED.name, rival.name)
+
     def order_by(self, at: Condition, rival: Law, statistic: str) -> str:
         """The same by one statistic alone."""
         return self.judge(at).by[statistic].order(BY_KEY[CONVERGED.key].name, rival.name)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import workbench as wb
 from studies.d2_planning.batches import AGAIN, DELAYED, DRAWS
 from studies.d2_planning.choices import CANDIDATES, TRAINING
-from studies.d2_planning.designs import BY_KEY, laws_of
+from studies.d2_planning.designs import BY_KEY, CONVERGED, laws_of
 from studies.d2_planning.evidence import MARGIN, PRIMARY, STATISTICS, WEIGHTS, Condition, Evidence
 from studies.d2_planning.laws_section import cost_words, ratio_words
 from studies.d2_planning.problems import PROBLEMS
@@ -60,34 +60,42 @@ def widest() -> list[Condition]:
     return [Condition(problem.key, problem.levels[-1]) for problem in PROBLEMS.values()]
 
 
+def changed_answers(evidence: Evidence, rival: str) -> list[wb.Variation]:
+    """MPC beside a linear law at all limits, on each plant, by each statistic and with other weights."""
+    law = BY_KEY[rival]
+    places = {
+        "usual limits": usual(),
+        "tightest limits": tightest(),
+        "tightest limits, tuned there": tightest(AGAIN),
+        "widest limits": widest(),
+        "usual limits, a delay that no law knows": usual(1.0, DELAYED),
+    }
+    by_words = {words: orders(evidence, conditions, rival) for words, conditions in places.items()}
+    if rival == "lqr":
+        del by_words["usual limits"]  # the answer itself
+    for words, conditions in (("usual limits", usual()), ("tightest limits", tightest())):
+        by_words[f"{words}, {CONVERGED.name}"] = [evidence.order_of_converged(at, law) for at in conditions]
+    by_words |= {words: orders(evidence, usual(), rival, words) for words in WEIGHTS}
+    by_words |= {words: [evidence.order_by(at, law, one) for at in usual()] for words, one in STATISTICS.items()}
+    alone = [
+        wb.Variation(
+            f"{law.name}, {problem.name} at level {level:g}",
+            verdict([evidence.order(at, law)]),
+            ratio_words(evidence, at, rival),
+        )
+        for problem in PROBLEMS.values()
+        for level in problem.levels
+        for at in (Condition(problem.key, level),)
+    ]
+    return [
+        wb.Variation(f"{law.name}, {words}", verdict(one), count_words(one)) for words, one in by_words.items()
+    ] + alone
+
+
 def predictive(evidence: Evidence) -> wb.Finding:
     """MPC beside clipped LQR at the usual limits."""
     base = orders(evidence, usual(), "lqr")
     ratios = "; ".join(f"{PROBLEMS[at.problem].name} {ratio_words(evidence, at, 'lqr')}" for at in usual())
-    variations = []
-    for rival in RIVALS:
-        places = {
-            "usual limits": usual(),
-            "tightest limits": tightest(),
-            "tightest limits, tuned there": tightest(AGAIN),
-            "widest limits": widest(),
-            "usual limits, a delay that no law knows": usual(1.0, DELAYED),
-        }
-        for words, conditions in places.items():
-            if (rival, words) == ("lqr", "usual limits"):
-                continue
-            found = orders(evidence, conditions, rival)
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
-        for at in usual():
-            found = orders(evidence, [at], rival)
-            words = f"{BY_KEY[rival].name}, {PROBLEMS[at.problem].name} alone"
-            variations.append(wb.Variation(words, verdict(found), ratio_words(evidence, at, rival)))
-        for words in WEIGHTS:
-            found = orders(evidence, usual(), rival, words)
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
-        for words, statistic in STATISTICS.items():
-            found = [evidence.order_by(at, BY_KEY[rival], statistic) for at in usual()]
-            variations.append(wb.Variation(f"{BY_KEY[rival].name}, {words}", verdict(found), count_words(found)))
     low, high = base.count("below"), base.count("above")
     return wb.Finding(
         name="predictive_law",
@@ -103,7 +111,7 @@ def predictive(evidence: Evidence) -> wb.Finding:
         assumptions=ASSUMED,
         fitted_numbers=FITS,
         answer=verdict(base),
-        variations=tuple(variations),
+        variations=tuple(one for rival in RIVALS for one in changed_answers(evidence, rival)),
         limitations="Limits of states, rates of inputs, longer horizons, targets that are known ahead, and models that "
         "are linearised along a motion.",
     )

@@ -232,7 +232,7 @@ def plan_figure(runs: Arrivals) -> wb.document.Figure:
 def share_figure(runs: Arrivals) -> wb.document.Figure:
     """The share of loops that arrive, by what the designer does not know."""
     panels = []
-    for key, motion in MOTIONS.items():
+    for key in MOTIONS:
         marks: list[wb.document.Mark] = []
         for i, name in enumerate(FOLLOWERS):
             shares = [runs.share(key, name, s) for s in SPREADS]

@@ -93,7 +93,7 @@ class Target:
 
     def disturbance_free_input(self, r: ca.SX) -> ca.SX:
         """The same without a disturbance."""
-        u: ca.SX = self.u0 + self.G @ (r - self.r0)
+        u: ca.SX = self.u0 + self.G @ (r - self.r0)  # type: ignore[assignment]  # numbers are symbols here
         return u
 
     def limit(self, u: ca.SX) -> ca.SX:
