@@ -54,6 +54,7 @@ LINES = {  # of reports, in plain words
     "c1_real_logs": "Fits of measured logs on data that they did not see, beside published models.",
     "d0_frequency": "Linear answers of six laws beside their nonlinear runs.",
     "d1_benchmarks": "A batch of processes, robust benchmarks, and linear laws for the arm.",
+    "d2_planning": "Planned motions that are followed, and predictive laws beside linear ones.",
     "p0_performance": "The speed of the engine and its errors, beside other tools.",
 }
 

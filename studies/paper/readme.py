@@ -25,6 +25,7 @@ REPORTS = (
     "c1_real_logs",
     "d0_frequency",
     "d1_benchmarks",
+    "d2_planning",
 )
 FIRST, LAST = "<!-- answers of the reports -->\n", "<!-- end of the answers -->\n"
 WIDTH = 118
