@@ -55,7 +55,7 @@ class ModelPredictive(AbstractController):
     F, E
         Rows of a stage, (nc, nx) and (nc, nu); the first nu are the inputs.
     low, high
-        Limits of the rows, (nc,), infinite where there is none.
+        Limits of the rows, (nc,), of size 1e30 where there is none.
     softness
         Reciprocal weights of the violation of soft rows, (nc,); 0 for a hard one.
     sigma

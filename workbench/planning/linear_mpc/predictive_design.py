@@ -19,7 +19,7 @@ from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.law_claims import law_claims
-from workbench.planning.linear_mpc.limit_rows import Pair
+from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
 from workbench.planning.linear_mpc.limit_sample import limit_sample
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.named_limits import named_limits, refuse_rest, signal_names
@@ -97,8 +97,8 @@ class PredictiveDesign:
             "S": own.inverse,
             "F": self.problem.rows.F,
             "E": self.problem.rows.E,
-            "low": self.problem.rows.low,
-            "high": self.problem.rows.high,
+            "low": np.maximum(self.problem.rows.low, -NO_LIMIT),
+            "high": np.minimum(self.problem.rows.high, NO_LIMIT),
             "softness": self.problem.rows.softness,
             "sigma": numbers.sigma[:nc],
             "W": numbers.W,
