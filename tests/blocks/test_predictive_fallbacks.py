@@ -57,8 +57,8 @@ def test_without_an_estimate_of_the_disturbance_wrong_gains_leave_an_offset():
 
 
 def test_a_cart_on_a_slope_reaches_its_reference():
-    design, plant = cart_design(offset_free=("x",)), wb.CartPole()
-    slope = wb.DisturbedPlant(plant, by=wb.Constant("F", "N", -0.05))  # of 0.7 kg on 0.4 degrees
+    design, plant = cart_design(offset_free=("x",)), wb.CartPole(phi=0.02)
+    slope = wb.DisturbedPlant(plant, by=wb.Constant("F", "N", -0.3))  # of 0.7 kg on 2.5 degrees
     law, observer = wb.ModelPredictive.of(plant, design), wb.OffsetFreeObserver.of(plant, design)
     loop = wb.ClosedLoop(slope, observer=observer, controller=law, reference=wb.Step("x", "m", 0.1))
     run = wb.simulate(loop.digital(0.02).step(2), until=30.0)

@@ -73,8 +73,8 @@ class ModelPredictive(AbstractController):
     rates
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
     outputs, target, y0
-        Layout of the outputs that reach their references without offset, the map (nx + nu, nd + ny) from d and
-        y_ref - y0 to the rest (x_s, u_s), and the outputs (ny,) at the rest x0; None without an estimate of d.
+        Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
+        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
     residual_bounds
         The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
     safe_command
@@ -178,7 +178,8 @@ class ModelPredictive(AbstractController):
 
     @property
     def reads(self) -> Layout:
-        return self.states if self.target is None else self.states + disturbance_port(self.outputs.size)
+        disturbances = 0 if self.target is None else self.target.shape[1] - self.outputs.size
+        return self.states + disturbance_port(disturbances) if disturbances else self.states
 
     @property
     def follows(self) -> Layout:

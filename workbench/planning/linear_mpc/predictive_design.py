@@ -124,7 +124,7 @@ class PredictiveDesign:
         nx = len(self.states)
         return {
             "names": (self.states, self.inputs),
-            "output_names": outputs.names,
+            "output_names": outputs.readings,
             "period": self.period,
             "A": own.A,
             "B": own.B,
@@ -134,7 +134,7 @@ class PredictiveDesign:
             "L": own.L,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(len(self.inputs)) if self.problem.u0 is None else self.problem.u0,
-            "y0": outputs.y0,
+            "y0": outputs.readings_y0,
         }
 
 
