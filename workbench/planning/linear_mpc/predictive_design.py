@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.claim import Claim
+from workbench.core.numbers import Bounds
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import finite, whole
@@ -19,7 +20,7 @@ from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.law_claims import law_claims
-from workbench.planning.linear_mpc.limit_rows import Pair
+from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
 from workbench.planning.linear_mpc.limit_sample import limit_sample
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.named_limits import named_limits, refuse_rest, signal_names
@@ -97,8 +98,8 @@ class PredictiveDesign:
             "S": own.inverse,
             "F": self.problem.rows.F,
             "E": self.problem.rows.E,
-            "low": self.problem.rows.low,
-            "high": self.problem.rows.high,
+            "low": np.maximum(self.problem.rows.low, -NO_LIMIT),
+            "high": np.minimum(self.problem.rows.high, NO_LIMIT),
             "softness": self.problem.rows.softness,
             "sigma": numbers.sigma[:nc],
             "W": numbers.W,
@@ -109,7 +110,7 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
-            "residual_bound": RESIDUALS * self.evidence.largest_residual + ROUNDING,
+            "residual_bounds": Bounds(high=RESIDUALS * self.evidence.largest_residual + ROUNDING),
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }
@@ -123,7 +124,7 @@ class PredictiveDesign:
         nx = len(self.states)
         return {
             "names": (self.states, self.inputs),
-            "output_names": outputs.names,
+            "output_names": outputs.readings,
             "period": self.period,
             "A": own.A,
             "B": own.B,
@@ -133,7 +134,7 @@ class PredictiveDesign:
             "L": own.L,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(len(self.inputs)) if self.problem.u0 is None else self.problem.u0,
-            "y0": outputs.y0,
+            "y0": outputs.readings_y0,
         }
 
 
