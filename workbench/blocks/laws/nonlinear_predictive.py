@@ -198,7 +198,7 @@ class NonlinearPredictive(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         plan, u = self._solve(t, z, est, ref), self.model.inputs
-        first = plan.u[:, 0]
+        first = plan.u[:, 0] + self.u0
         if self.safe_command is not None:
             usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
             first = ca.if_else(usable, first, ca.SX(self.safe_command))
@@ -210,8 +210,8 @@ class NonlinearPredictive(AbstractController):
         r, s = self._problem(t, z, ref).end_target
         last = self._weights.clip(s - self.K @ (plan.end - r))
         following = {
-            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
-            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
+            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end - self.x0)),
+            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last - self.u0)),
             "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
             "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
             "residual": plan.residual,
@@ -263,8 +263,9 @@ class NonlinearPredictive(AbstractController):
             s.update({name: part for name, part in wanted.items() if name in inputs})
             return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
 
+        rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
         stages = PlantStages(self.model, self.period, self.steps)
-        return PlanProblem(stages, self._weights, ca.SX(self.K), N, self.sweeps, t, target, window, self._rows)
+        return PlanProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, self._rows)
 
     def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
         """The states and outputs with soft limits, (nr, 1)."""
@@ -279,8 +280,7 @@ class NonlinearPredictive(AbstractController):
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
         """The plan of a period."""
         nx, nu, N = self._counts
-        x = ca.reshape(z["plan_x"], nx, N) + ca.repmat(ca.SX(self.x0), 1, N)
-        u = ca.reshape(z["plan_u"], nu, N) + ca.repmat(ca.SX(self.u0), 1, N)
+        x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
         begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)
