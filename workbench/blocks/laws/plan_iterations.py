@@ -61,7 +61,7 @@ class NonlinearPlan:
 
 
 @dataclass(frozen=True)
-class PlanProblem:
+class PeriodProblem:
     """The problem of a period: the plant, weights, the law behind the horizon, and what is wanted.
 
     Parameters
