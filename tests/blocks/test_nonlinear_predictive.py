@@ -49,12 +49,12 @@ def by_ipopt(design, plant, x):
     nx, nu = len(design.states), len(design.inputs)
     X, U, s, v = (ca.SX.sym("x", n, k) for n, k in ((nx, N + 1), (nu, N), (nx, 1), (nu, 1)))
     own = design.limits
-    rows = (own.row_low, own.row_high, own.row_weight) if own.limited else ((), (), ())
+    rows = (own.row_low, own.row_high, own.row_weight) if own.row_names else ((), (), ())
     after = ca.Function("F", [s, v], [PlantStages(plant, design.period, design.steps).after(ca.SX(0.0), s, v)])
     cost, defects = X[:, N].T @ design.P @ X[:, N], [X[:, 0] - x]
     for k in range(N):
         cost += X[:, k].T @ design.Q @ X[:, k] + U[:, k].T @ design.R @ U[:, k]
-        for name, low, high, w in zip(own.limited, *rows, strict=True):
+        for name, low, high, w in zip(own.row_names, *rows, strict=True):
             y = X[design.states.index(name), k]
             cost += w * (ca.fmax(y - high, 0) ** 2 + ca.fmax(low - y, 0) ** 2)
         defects.append(X[:, k + 1] - after(X[:, k], U[:, k]))

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
-from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PlanProblem
+from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem
 from workbench.blocks.laws.plan_window import planned_signals
 from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
@@ -56,8 +56,8 @@ class NonlinearPredictive(AbstractController):
         Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
     low, high
         Limits of the inputs, (nu,), of size 1e30 where there is none.
-    limited
-        Names of states and outputs with soft limits.
+    row_names
+        Labels of states and outputs with soft limits.
     row_low, row_high, row_weight
         Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
     x0, u0
@@ -82,7 +82,7 @@ class NonlinearPredictive(AbstractController):
     --------
     >>> plant = wb.CartPole()
     >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> design = wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
+    >>> design = wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-10.0, 10.0)})
     >>> law = wb.NonlinearPredictive.of(plant, design, follow=("x",))
     >>> law.reads.names, law.follows.names, law.period
     (('x', 'xd', 'phi', 'phid'), ('x',), 0.02)
@@ -99,7 +99,7 @@ class NonlinearPredictive(AbstractController):
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     period: float
-    limited: tuple[str, ...] = ()
+    row_names: tuple[str, ...] = ()
     row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
@@ -117,8 +117,8 @@ class NonlinearPredictive(AbstractController):
         refuse_unfit_model("NonlinearPredictive", self.model)
         for name in self.follow:
             known_name(name, self.model.states.names, "states of the model")
-        for name in self.limited:
-            known_name(name, (*self.model.states.names, *self.model.outputs.names), "states and outputs of the model")
+        for name in self.row_names:
+            known_name(name, self._signals.labels, "states and outputs of the model")
         if self.preview is not None:
             refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
 
@@ -177,6 +177,12 @@ class NonlinearPredictive(AbstractController):
         return self.model.inputs
 
     @property
+    def _signals(self) -> Layout:
+        """The states of the model, and its outputs that are no states."""
+        states = self.model.states
+        return states + Layout(tuple(entry for entry in self.model.outputs.entries if entry.name not in states))
+
+    @property
     def _counts(self) -> tuple[int, int, int]:
         return self.model.states.size, self.model.inputs.size, self.horizon
 
@@ -198,7 +204,7 @@ class NonlinearPredictive(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         plan, u = self._solve(t, z, est, ref), self.model.inputs
-        first = plan.u[:, 0]
+        first = plan.u[:, 0] + self.u0
         if self.safe_command is not None:
             usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
             first = ca.if_else(usable, first, ca.SX(self.safe_command))
@@ -210,8 +216,8 @@ class NonlinearPredictive(AbstractController):
         r, s = self._problem(t, z, ref).end_target
         last = self._weights.clip(s - self.K @ (plan.end - r))
         following = {
-            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
-            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
+            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end - self.x0)),
+            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last - self.u0)),
             "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
             "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
             "residual": plan.residual,
@@ -249,7 +255,7 @@ class NonlinearPredictive(AbstractController):
         signals = call_block(self.preview, "at", self.preview.gives, t)
         return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
 
-    def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PlanProblem:
+    def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PeriodProblem:
         """The problem of a period."""
         states, inputs, N = self.model.states, self.model.inputs, self.horizon
         window = ca.reshape(z["window"], -1, N + 1) if "window" in z else ca.SX(0, N + 1)
@@ -263,24 +269,25 @@ class NonlinearPredictive(AbstractController):
             s.update({name: part for name, part in wanted.items() if name in inputs})
             return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
 
+        rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
         stages = PlantStages(self.model, self.period, self.steps)
-        return PlanProblem(stages, self._weights, ca.SX(self.K), N, self.sweeps, t, target, window, self._rows)
+        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, self._rows)
 
     def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
         """The states and outputs with soft limits, (nr, 1)."""
-        if not self.limited:
+        if not self.row_names:
             return ca.SX(0, 1)
-        signals = Signals(self.model.states.view(x))
-        if any(name not in signals for name in self.limited):
-            outputs = self.model.outputs + self.model.truths
-            signals = call_block(self.model, "measure", outputs, t, signals) | signals
-        return ca.densify(ca.vertcat(*(ca.vec(ca.SX(signals[name])) for name in self.limited)))
+        values, port = Signals(self.model.states.view(x)), self.model.states
+        if any(name not in port.labels for name in self.row_names):
+            port, outputs = self._signals, self.model.outputs + self.model.truths
+            values = call_block(self.model, "measure", outputs, t, values) | values
+        column = port.flatten({name: values[name] for name in port.names})
+        return ca.densify(ca.vertcat(*(column[port.labels.index(name)] for name in self.row_names)))
 
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
         """The plan of a period."""
         nx, nu, N = self._counts
-        x = ca.reshape(z["plan_x"], nx, N) + ca.repmat(ca.SX(self.x0), 1, N)
-        u = ca.reshape(z["plan_u"], nu, N) + ca.repmat(ca.SX(self.u0), 1, N)
+        x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
         begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)

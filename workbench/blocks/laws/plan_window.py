@@ -14,10 +14,10 @@ def planned_signals(reference: PlannedReference, t: ca.SX) -> ca.SX:
     pieces = reference.pieces
     now = ca.SX(clock(t))
 
-    def choose(chosen: ca.SX, piece: ca.SX, now: ca.SX) -> tuple[ca.SX, ...]:
-        return (ca.if_else(now >= piece[0], piece, chosen),)
+    def latest(before: ca.SX, piece: ca.SX, now: ca.SX) -> tuple[ca.SX, ...]:
+        return (ca.if_else(now >= piece[0], piece, before),)
 
-    (chosen,) = bounded_loop(len(pieces), choose, ca.SX(ca.DM(pieces[0])), ca.SX(ca.DM(pieces.T)), constants=(now,))
-    s, n = t - chosen[0], (len(pieces[0]) - 1) // 4
-    a, b, c, d = ca.vertsplit(chosen[1:], n)
+    (own,) = bounded_loop(len(pieces), latest, ca.SX(ca.DM(pieces[0])), ca.SX(ca.DM(pieces.T)), constants=(now,))
+    s, n = t - own[0], (len(pieces[0]) - 1) // 4
+    a, b, c, d = ca.vertsplit(own[1:], n)
     return a + s * (b + s * (c + s * d))

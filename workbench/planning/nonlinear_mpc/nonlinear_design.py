@@ -18,6 +18,8 @@ from workbench.design.riccati.regulators import is_system
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair, bounds
 from workbench.planning.linear_mpc.linear_problem import regulator
 
+CALL = "nonlinear_predictive_design"
+Names = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 MOST = 1000  # stages, sweeps, linearisations or steps
 
 
@@ -27,7 +29,7 @@ class StageLimits:
 
     low: Array
     high: Array
-    limited: tuple[str, ...]
+    row_names: tuple[str, ...]
     row_low: Array | None
     row_high: Array | None
     row_weight: Array | None
@@ -80,7 +82,7 @@ class NonlinearPredictiveDesign:
         own = self.limits
         limits = zip(self.inputs, own.low, own.high, strict=True)
         hard = ", ".join(name for name, low, high in limits if low > -NO_LIMIT or high < NO_LIMIT) or "none"
-        soft = f", soft on {', '.join(own.limited)}" if own.limited else ""
+        soft = f", soft on {', '.join(own.row_names)}" if own.row_names else ""
         return (
             f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
             f"{self.sweeps} sweeps, {self.iterations} linearisation{'s' if self.iterations > 1 else ''} a period>"
@@ -113,21 +115,16 @@ def nonlinear_predictive_design(
 
     Parameters
     ----------
-    system
-        The plant linearised at the rest behind the horizon, as `linearize` gives it.
-    period
-        Of the computer in s. A stage of the plan is a period.
+    system, period
+        The plant linearised at the rest behind the horizon, as `linearize` gives it, and the period in s.
     Q, R, horizon
         Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
-        the number of stages.
-    limits
+        the number of stages, each of a period.
+    limits, soft_weight
         Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs,
-        which are soft.
-    soft_weight
-        The weight w of a violation d of a soft limit, w d^2 in a stage; one number, or one by name.
+        which are soft. A violation d of a soft limit costs w d^2 in a stage; w is one number, or one by name.
     P
-        Weight of the end, (nx, nx) positive semidefinite. By default it is the cost of the LQR law at the rest, from
-        the certified Riccati solver.
+        Weight of the end, (nx, nx) positive semidefinite; by default the cost of the LQR law at the rest.
     sweeps, iterations, steps
         The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
         stage.
@@ -135,14 +132,9 @@ def nonlinear_predictive_design(
     Raises
     ------
     ValueError, LookupError
-        If an argument is out of its range, limits cross, exclude the rest or have no weight, or the plant has no signal
-        of a name.
+        If an argument is out of its range, limits cross, exclude the rest or have no weight, or no signal has a name.
     DesignError
         If the system is sampled already, or no gain stabilises it at the rest.
-
-    References
-    ----------
-    Rawlings, Mayne and Diehl (2017), Model Predictive Control, sections 2.5 and 8.9.
 
     Examples
     --------
@@ -150,30 +142,35 @@ def nonlinear_predictive_design(
     >>> wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
     <NonlinearPredictiveDesign: 40 stages of 0.02 s, limits on F, 3 sweeps, 1 linearisation a period>
     """
-    call, h = "nonlinear_predictive_design", seconds("nonlinear_predictive_design(period=...)", period)
-    if not is_system(system) or not hasattr(system, "state_labels"):
-        raise refusal(f"{call}(system)", "a linear plant, as `linearize` returns it", system)
-    if system.dt:
-        raise DesignError(f"`{call}(system)` must be in continuous time, as the law integrates the plant itself.")
-    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
-    nx, nu = len(states), len(inputs)
-    q, r = semidefinite(f"{call}(Q=...)", "Q", Q, nx), definite(f"{call}(R=...)", "R", R, nu)
+    h, names, q, r = _plant_and_weights(system, period, Q, R)
     counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
-    N, S, M, n = (whole(f"{call}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
+    N, S, M, n = (whole(f"{CALL}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
     A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, n)
-    K, end = _behind_horizon(call, A, B, q, r, P)
+    K, end = _behind_horizon(A, B, q, r, P)
     point = getattr(system, "point", None)
-    x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
+    x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(len(A)), np.zeros(len(r)))
+    own = _limits(limits or {}, names, np.asarray(u0), soft_weight)
+    return NonlinearPredictiveDesign(*names[:2], h, N, S, M, n, q, r, end, K, A, B, own, x0, u0)
+
+
+def _plant_and_weights(system: System, period: float, Q: Numbers, R: Numbers) -> tuple[float, Names, Array, Array]:
+    """The period, the names of states, inputs and other outputs of a linear plant, and its weights."""
+    h = seconds(f"{CALL}(period=...)", period)
+    if not is_system(system) or not hasattr(system, "state_labels"):
+        raise refusal(f"{CALL}(system)", "a linear plant, as `linearize` returns it", system)
+    if system.dt:
+        raise DesignError(f"`{CALL}(system)` must be in continuous time, as the law integrates the plant itself.")
+    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
     outputs = tuple(name for name in system.output_labels if name not in states)
-    own = _limits(call, limits or {}, (states, inputs, outputs), np.asarray(u0), soft_weight)
-    return NonlinearPredictiveDesign(states, inputs, h, N, S, M, n, q, r, end, K, A, B, own, x0, u0)
+    q, r = semidefinite(f"{CALL}(Q=...)", "Q", Q, len(states)), definite(f"{CALL}(R=...)", "R", R, len(inputs))
+    return h, (states, inputs, outputs), q, r
 
 
-def _behind_horizon(call: str, A: Array, B: Array, Q: Array, R: Array, P: Numbers | None) -> tuple[Array, Array]:
+def _behind_horizon(A: Array, B: Array, Q: Array, R: Array, P: Numbers | None) -> tuple[Array, Array]:
     """The gain and the cost of the law behind the horizon."""
     if P is None:
         return regulator(A, B, Q, R)
-    end = semidefinite(f"{call}(P=...)", "P", P, len(A))
+    end = semidefinite(f"{CALL}(P=...)", "P", P, len(A))
     return np.asarray(np.linalg.solve(R + B.T @ end @ B, B.T @ end @ A), dtype=float), end
 
 
@@ -192,9 +189,8 @@ def stage_slopes(A: Array, B: Array, period: float, steps: int) -> tuple[Array, 
 
 
 def _limits(
-    call: str,
     limits: Mapping[str, Pair],
-    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    names: Names,
     u0: Array,
     soft_weight: float | Mapping[str, float] | None,
 ) -> StageLimits:
@@ -206,25 +202,25 @@ def _limits(
         known_name(name, (*states, *inputs, *outputs), "states, inputs and outputs of the plant")
         a, b = (
             float(np.clip(end[0], -NO_LIMIT, NO_LIMIT))
-            for end in bounds(f"{call}(limits={{{name!r}: ...}})", value, (name,))
+            for end in bounds(f"{CALL}(limits={{{name!r}: ...}})", value, (name,))
         )
         if name in inputs:
             i = inputs.index(name)
             low[i], high[i] = a, b
             if not a <= u0[i] <= b:
                 raise ValueError(
-                    f"`{call}(limits=...)` must leave the rest of the plant inside; '{name}' rests at {u0[i]:.4g}. "
+                    f"`{CALL}(limits=...)` must leave the rest of the plant inside; '{name}' rests at {u0[i]:.4g}. "
                     "Take another rest, or widen the limit."
                 )
             continue
         weight = soft_weight.get(name) if isinstance(soft_weight, Mapping) else soft_weight
         if weight is None:
             raise ValueError(
-                f"`{call}(soft_weight=...)` must have a weight for the limit of '{name}', as limits of states and "
+                f"`{CALL}(soft_weight=...)` must have a weight for the limit of '{name}', as limits of states and "
                 "outputs are soft: give the cost of a violation by one unit."
             )
         soft.append(name)
-        rows.append((a, b, positive(f"{call}(soft_weight=...)", weight)))
+        rows.append((a, b, positive(f"{CALL}(soft_weight=...)", weight)))
     if not rows:
         return StageLimits(low, high, (), None, None, None)
     row_low, row_high, row_weight = (np.array(end, dtype=float) for end in zip(*rows, strict=True))
