@@ -19,6 +19,7 @@ from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, F
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.bounded_loop import bounded_loop
+from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, whole
 
@@ -33,8 +34,8 @@ class ModelPredictive(AbstractController):
     `ModelPredictive.of` makes the law of a design.
 
     Where no limit acts, u = u0 - K (x - x0): the law is LQR. The memory `residual` is the residual before the last
-    sweep, as a share of the distance between the limits of a row. A run in which it grows large has not followed its
-    plan.
+    sweep, as a share of the distance between the limits of a row, and `worst` the largest so far. A run in which it
+    passes `residual_bound` is beyond the sample of its design, and the run's warnings say so.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class ModelPredictive(AbstractController):
     F, E
         Rows of a stage, (nc, nx) and (nc, nu); the first nu are the inputs.
     low, high
-        Limits of the rows, (nc,), infinite where there is none.
+        Limits of the rows, (nc,), of size 1e30 where there is none.
     softness
         Reciprocal weights of the violation of soft rows, (nc,); 0 for a hard one.
     sigma
@@ -74,6 +75,8 @@ class ModelPredictive(AbstractController):
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + ny) from d and
         y_ref - y0 to the rest (x_s, u_s), and the outputs (ny,) at the rest x0; None without an estimate of d.
+    residual_bound
+        The bound of the memory `worst`: a run that passes it is flagged among the warnings of the run.
     safe_command
         Inputs (nu,) that the law gives in a period in which an estimate or a reference is not finite. Its memory then
         keeps its values. None to leave such numbers to the run, which they end.
@@ -119,6 +122,7 @@ class ModelPredictive(AbstractController):
     outputs: Layout = Layout()
     target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"))
     y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0")
+    residual_bound: float = float("inf")
     safe_command: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
 
     def __post_init__(self) -> None:
@@ -195,9 +199,10 @@ class ModelPredictive(AbstractController):
 
     @property
     def memory(self) -> Layout:
-        rows = self.horizon * self._counts[2]
+        rows, bounds = self.horizon * self._counts[2], Bounds(high=self.residual_bound)
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
-        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, Entry("residual", np.zeros(()), "1")))
+        residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
+        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst))
 
     # equations
 
@@ -218,7 +223,7 @@ class ModelPredictive(AbstractController):
             return closed @ e, row - rows @ e - rest
 
         _, plan = bounded_loop(self.horizon, about_lqr, after, shifted)
-        following = {"plan": ca.vec(plan), "residual": residual}
+        following = {"plan": ca.vec(plan), "residual": residual, "worst": ca.fmax(z["worst"], residual)}
         if valid is not None:
             following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}
         if self._waiting:

@@ -16,7 +16,8 @@ from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 from workbench.planning.linear_mpc.named_limits import output_map
 from workbench.planning.linear_mpc.sampled_problem import delayed_zoh
 
-NOISE = 1e-6  # variance of a period on a state of the plant; an input on its way has none, as the law knows it
+NOISE = 1e-6  # variance of a period on a state of the plant; an input that is known has none
+OF_DISTURBANCE = 1e-4  # of a change of the disturbance, that of a reading: faster ones were lost to wrong delays
 
 
 class OutputPoint(NamedTuple):
@@ -41,7 +42,7 @@ def offset_design(
     (nx, nu), ny = B.shape, len(C)
     Q, R = problem.Q[:nx, :nx], problem.R
     phi, gamma = delayed_zoh(A, B, period, 0.0)[:2]
-    own = offset_free(mpc_problem(phi, gamma, Q, R, 1, MpcLimits()), C)
+    own = offset_free(mpc_problem(phi, gamma, Q, R, 1, MpcLimits()), C, disturbance_noise=OF_DISTURBANCE)
     places = [list(system.output_labels).index(name) for name in names]
     point = getattr(system, "point", None)
     outputs = OutputPoint(tuple(names), point.y0[places] if isinstance(point, OperatingPoint) else np.zeros(ny))
@@ -59,6 +60,7 @@ def offset_design(
         noise = np.zeros((nx + nu, nx + nu))
         noise[:nx, :nx] = NOISE * np.eye(nx)
         Bd = np.vstack([own.Bd, np.zeros((nu, ny))])
-        own = offset_free(late, np.hstack([C, np.zeros((ny, nu))]), Bd=Bd, Cd=own.Cd, process_noise=noise)
+        wide, options = np.hstack([C, np.zeros((ny, nu))]), {"Bd": Bd, "Cd": own.Cd, "process_noise": noise}
+        own = offset_free(late, wide, **options, disturbance_noise=OF_DISTURBANCE)
     past = (len(problem.A) - nx) // nu
     return replace(own, target=np.vstack([target[:nx], *[target[nx:]] * (past + 1)])), outputs

@@ -19,7 +19,7 @@ from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.law_claims import law_claims
-from workbench.planning.linear_mpc.limit_rows import Pair
+from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
 from workbench.planning.linear_mpc.limit_sample import limit_sample
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.named_limits import named_limits, refuse_rest, signal_names
@@ -27,6 +27,9 @@ from workbench.planning.linear_mpc.offset_design import OutputPoint, offset_desi
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_sweeps, method_in_words
+
+RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +97,8 @@ class PredictiveDesign:
             "S": own.inverse,
             "F": self.problem.rows.F,
             "E": self.problem.rows.E,
-            "low": self.problem.rows.low,
-            "high": self.problem.rows.high,
+            "low": np.maximum(self.problem.rows.low, -NO_LIMIT),
+            "high": np.minimum(self.problem.rows.high, NO_LIMIT),
             "softness": self.problem.rows.softness,
             "sigma": numbers.sigma[:nc],
             "W": numbers.W,
@@ -106,6 +109,7 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
+            "residual_bound": RESIDUALS * self.evidence.largest_residual + ROUNDING,
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }

@@ -48,6 +48,8 @@ class SweepEvidence:
         The numbers of closed loops of the exact law and of its moves.
     active_share
         The share of the periods of the sample in which a limit acts.
+    largest_residual
+        The largest residual before the last sweep that the law reported along the sample.
     cost_excess
         The largest relative excess of the cost of a loop under the law over the exact law's, from the same starts.
     fall_error
@@ -64,6 +66,7 @@ class SweepEvidence:
     loops: int
     moves: int
     active_share: float
+    largest_residual: float
     cost_excess: float
     fall_error: float
     trials: int
@@ -94,7 +97,7 @@ def choose_sweeps(
     ]
     least: tuple[float, SplittingNumbers] = (np.inf, exact.numbers)
     for done, (_, _, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:2])):
-        largest = float(errors_along(numbers, sample, stop=max(accuracy, min(least[0], 1.0))).max())
+        largest = float(errors_along(numbers, sample, stop=max(accuracy, min(least[0], 1.0)))[0].max())
         if largest <= accuracy and count is None and _own_loops(exact, numbers, sample)[0] <= accuracy:
             return numbers, evidence(exact, numbers, sample, accuracy, done)
         if largest < least[0]:
@@ -113,7 +116,7 @@ def evidence(
     exact: ExactMpc, numbers: SplittingNumbers, sample: LimitSample, accuracy: float, trials: int
 ) -> SweepEvidence:
     """The errors of a law along a sample, and the excess of its cost in its own loops."""
-    errors = errors_along(numbers, sample, stop=np.inf)
+    errors, residual = errors_along(numbers, sample, stop=np.inf)
     excess, states, moves = _own_loops(exact, numbers, sample)
     return SweepEvidence(
         accuracy,
@@ -122,27 +125,32 @@ def evidence(
         len(sample.states),
         sample.count,
         sample.active_share,
+        residual,
         excess,
         _fall_error(exact, states, moves),
         trials,
     )
 
 
-def errors_along(numbers: SplittingNumbers, sample: LimitSample, stop: float) -> Array:
-    """The errors (periods, B, nu) of moves along a sample in spans, up to the period in which one exceeds `stop`."""
+def errors_along(numbers: SplittingNumbers, sample: LimitSample, stop: float) -> tuple[Array, float]:
+    """The errors (periods, B, nu) of moves along a sample in spans, and the largest residual.
+
+    They end with the period in which an error exceeds `stop`.
+    """
+    residual = 0.0
     memory, errors, nu = no_memory(numbers, len(sample.states)), [], sample.moves.shape[-1]
     span = numbers.high[:nu] - numbers.low[:nu]
     span = np.where(np.isfinite(span), span, np.maximum(np.abs(sample.moves).max(axis=(0, 1)), 1e-12))
     for k in range(sample.states.shape[1]):
         answer = solve_period(numbers, memory, sample.states[:, k])
-        memory = answer.memory
+        memory, residual = answer.memory, max(residual, float(np.max(answer.residual)))
         error = np.abs(answer.u - sample.moves[:, k]) / span
         if not (np.abs(memory) <= LARGEST * (1 + np.abs(numbers.Y).max())).all():
             error = np.full_like(error, np.inf)
         errors.append(error)
         if not error.max() <= stop:
             break
-    return np.array(errors)
+    return np.array(errors), residual
 
 
 def _own_loops(exact: ExactMpc, numbers: SplittingNumbers, sample: LimitSample) -> tuple[float, Array, Array]:
