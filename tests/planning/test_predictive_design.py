@@ -182,7 +182,8 @@ def test_an_accuracy_that_no_number_of_sweeps_reaches_is_refused():
 def test_claims_say_what_is_proved_and_what_is_sampled():
     one = design()
     claims = {claim.name: claim for claim in one.claims}
-    assert {"terminal set", "feasible forever", "contraction", "accuracy", "cost"} == set(claims)
+    assert {"terminal set", "feasible forever", "hypotheses", "contraction", "accuracy", "cost"} == set(claims)
+    assert "exact rational arithmetic" in claims["hypotheses"].statement
     assert len(claims["feasible forever"].hypotheses) == 3
     assert "sampled, not proved" in claims["accuracy"].source
     assert "sampled, not proved" in repr(one)

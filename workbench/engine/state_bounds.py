@@ -16,12 +16,12 @@ def excursions(step: StepMap, t: Array, x: Array) -> tuple[str, ...]:
         if not (np.isfinite(low) or np.isfinite(high)):
             continue
         values = x[..., step.states.slice(entry.name)]
-        beyond = ((values < low) | (values > high)).any(axis=-1)
+        beyond = np.asarray(((values < low) | (values > high)).any(axis=-1))
         if not beyond.any():
             continue
-        runs = np.flatnonzero(beyond.any(axis=1))
-        first = int(runs[np.argmin(beyond[runs].argmax(axis=1))])
-        place = int(beyond[first].argmax())
+        runs = np.flatnonzero(np.any(beyond, axis=1))
+        first = int(runs[np.argmin(np.argmax(beyond[runs], axis=1))])
+        place = int(np.argmax(beyond[first]))
         part = values[first, place]
         value = float(part[np.argmax(np.maximum(part - high, low - part))])
         whose = "" if len(x) == 1 else f" in {len(runs)} of {len(x)} runs, first in run {first},"

@@ -35,7 +35,7 @@ class ModelPredictive(AbstractController):
 
     Where no limit acts, u = u0 - K (x - x0): the law is LQR. The memory `residual` is the residual before the last
     sweep, as a share of the distance between the limits of a row, and `worst` the largest so far. A run in which it
-    passes `residual_bound` is beyond the sample of its design, and the run's warnings say so.
+    passes `residual_bounds` is beyond the sample of its design, and the run's warnings say so.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ class ModelPredictive(AbstractController):
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + ny) from d and
         y_ref - y0 to the rest (x_s, u_s), and the outputs (ny,) at the rest x0; None without an estimate of d.
-    residual_bound
-        The bound of the memory `worst`: a run that passes it is flagged among the warnings of the run.
+    residual_bounds
+        The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
     safe_command
         Inputs (nu,) that the law gives in a period in which an estimate or a reference is not finite. Its memory then
         keeps its values. None to leave such numbers to the run, which they end.
@@ -90,7 +90,8 @@ class ModelPredictive(AbstractController):
     --------
     >>> plant = wb.CartPole()
     >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
+    >>> Q = np.diag([10.0, 1.0, 10.0, 1.0])
+    >>> design = wb.predictive_design(cart, 0.02, Q, [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     >>> law = wb.ModelPredictive.of(plant, design, follow=("x",))
     >>> law.reads.names, law.follows.names, law.sweeps
     (('x', 'xd', 'phi', 'phid'), ('x',), 3)
@@ -122,7 +123,7 @@ class ModelPredictive(AbstractController):
     outputs: Layout = Layout()
     target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"))
     y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0")
-    residual_bound: float = float("inf")
+    residual_bounds: Bounds = Bounds()
     safe_command: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
 
     def __post_init__(self) -> None:
@@ -199,7 +200,7 @@ class ModelPredictive(AbstractController):
 
     @property
     def memory(self) -> Layout:
-        rows, bounds = self.horizon * self._counts[2], Bounds(high=self.residual_bound)
+        rows, bounds = self.horizon * self._counts[2], self.residual_bounds
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
         residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
         return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst))

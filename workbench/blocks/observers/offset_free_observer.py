@@ -48,13 +48,13 @@ class OffsetFreeObserver(AbstractObserver):
 
     Examples
     --------
-    >>> plant = wb.CartPole()
-    >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> options = {"limits": {"F": (-3.0, 3.0)}, "offset_free": ("x",)}
-    >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, **options)
-    >>> observer = wb.OffsetFreeObserver.of(plant, design)
+    >>> motor = wb.DCMotor()
+    >>> linear = wb.linearize(wb.open_loop(motor), t=0.0, x=np.zeros(2), at_rest=True)
+    >>> options = {"limits": {"v": (-12.0, 12.0)}, "offset_free": ("omega",)}
+    >>> design = wb.predictive_design(linear, 0.05, np.diag([10.0, 0.1]), [[0.1]], 20, **options)
+    >>> observer = wb.OffsetFreeObserver.of(motor, design)
     >>> observer.reads.names, observer.gives.names
-    (('x',), ('x', 'xd', 'phi', 'phid', 'd'))
+    (('omega',), ('omega', 'i', 'd'))
     """
 
     states: Layout

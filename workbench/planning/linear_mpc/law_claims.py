@@ -17,7 +17,17 @@ def law_claims(problem: LinearMpc, numbers: SplittingNumbers, evidence: SweepEvi
     """The claims on the exact law of a problem, and on the law with its number of sweeps."""
     claims: list[Claim] = []
     try:
-        claims += terminal_set(problem).claims
+        ends = terminal_set(problem)
+        claims += ends.claims
+        proof = "in exact rational arithmetic" if ends.decrease_is_proved else "not proved, only found in rounding"
+        claims.append(
+            Claim(
+                "hypotheses",
+                f"All limits hold 0, by comparison; P - (A - B K)'P (A - B K) is positive definite, {proof}"
+                + ("; Q is positive definite, by its eigenvalues." if len(ends.claims) > 1 else "; Q is singular."),
+                HERE,
+            )
+        )
     except DesignError as reason:
         claims.append(Claim("no terminal set", f"Nothing is claimed of feasibility and stability: {reason}", HERE))
     if numbers.is_proved:

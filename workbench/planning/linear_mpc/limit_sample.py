@@ -96,7 +96,9 @@ def _loop_along(exact: ExactMpc, direction: Array, index: int, base: Array) -> t
     """States, moves and the last state of a loop from a state off `base`, of the largest size that succeeds."""
     problem, nu = exact.problem, exact.problem.B.shape[1]
     lqr = exact.maps.Y @ direction
-    ratios = np.maximum(lqr / problem.high, lqr / problem.low).reshape(problem.horizon, -1).max(axis=0)
+    span = problem.high - problem.low  # in the place of a limit at which the plant rests
+    above, below = (np.where(end != 0, np.abs(end), span) for end in (problem.high, problem.low))
+    ratios = np.maximum(lqr / above, -lqr / below).reshape(problem.horizon, -1).max(axis=0)
     top = SIZES[index % len(SIZES)]
     allowed = np.full(problem.rows.count, min(top, OF_STATES))
     allowed[:nu] = top

@@ -60,7 +60,7 @@ def offset_design(
         noise = np.zeros((nx + nu, nx + nu))
         noise[:nx, :nx] = NOISE * np.eye(nx)
         Bd = np.vstack([own.Bd, np.zeros((nu, ny))])
-        wide, options = np.hstack([C, np.zeros((ny, nu))]), {"Bd": Bd, "Cd": own.Cd, "process_noise": noise}
-        own = offset_free(late, wide, **options, disturbance_noise=OF_DISTURBANCE)
+        wide, how = np.hstack([C, np.zeros((ny, nu))]), OF_DISTURBANCE
+        own = offset_free(late, wide, Bd=Bd, Cd=own.Cd, process_noise=noise, disturbance_noise=how)
     past = (len(problem.A) - nx) // nu
     return replace(own, target=np.vstack([target[:nx], *[target[nx:]] * (past + 1)])), outputs

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.claim import Claim
+from workbench.core.numbers import Bounds
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import finite, whole
@@ -109,7 +110,7 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
-            "residual_bound": RESIDUALS * self.evidence.largest_residual + ROUNDING,
+            "residual_bounds": Bounds(high=RESIDUALS * self.evidence.largest_residual + ROUNDING),
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }
