@@ -18,6 +18,8 @@ ALL = $(basename $(notdir $(wildcard studies/[abcd][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 # c1 is about measured logs, which are kept elsewhere: make reports LOGS=FOLDER. Without them it is skipped.
 export LOGS
+# b4 counts the code of TinyMPC, whose sources are kept elsewhere: make reports TINYMPC=FOLDER. Without them it says so.
+export TINYMPC
 # a7 and a8 take the arm of a fit, and then have pages of their own: make reports FIT=arm.json (docs/howto/fit.md).
 export FIT
 SKIPPED = $(if $(LOGS),,$(filter c1_%,$(ALL)))

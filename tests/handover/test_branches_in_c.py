@@ -112,6 +112,7 @@ def test_what_acts_nowhere_is_left_out_of_a_predictive_law():
     source = c_code(predictive()[1], "law").source
     sums = re.search(r"const bool (w_\d+) = w_\d+ != 0\.0;\n +if \(\1\) \{\n(.*?)\n +\}\n", source, re.DOTALL)
     assert " else " not in sums[2]  # a stage at which no row acts leaves the sums as they are
+    assert "A call makes at most " in source
     assert len(branches(source)) == 4  # back, forth, sums and the small system
 
 

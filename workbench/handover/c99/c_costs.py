@@ -20,6 +20,7 @@ PLURALS = {  # of the kinds of operations, in the order of the sentence
 }
 FUNCTION = re.compile(r"^(?:static )?[\w ]+?\b(\w+)\(([^;{]*?)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 ARRAY = re.compile(r"^ +(?:double|float) \w+\[(\d+)\];", re.MULTILINE)
+BRANCH = re.compile(r"^ {8,}if \(w_", re.MULTILINE)  # in a loop
 TABLE = re.compile(r"^ +static const (?:double|float) \w+\[(\d+)\]", re.MULTILINE)
 VARIABLE = re.compile(r"^ +(?:for \()?(?:const )?(?:\w+|union \{[^}]*\}) (?:\*const )?(?:\w+)(?: =|;)", re.MULTILINE)
 FRAME = 96  # bytes of a frame beside its variables: what is saved of registers, the address to return to, alignment
@@ -52,7 +53,8 @@ def costs_of(graph: StepGraph, text: str, name: str, room: int) -> CallCost:
     parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
-    made, constants = f"{', '.join(parts) or 'nothing to compute'}{also}", sum(map(int, TABLE.findall(text)))
+    most = "at most " if BRANCH.search(text) else ""
+    made, constants = f"{most}{', '.join(parts) or 'nothing to compute'}{also}", sum(map(int, TABLE.findall(text)))
     return CallCost(made, deepest_chain(text, f"{name}_step"), room, constants)
 
 
