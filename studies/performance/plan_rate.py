@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from statistics import median
 from tempfile import TemporaryDirectory
 
@@ -11,6 +10,7 @@ import numpy as np
 
 import workbench as wb
 from studies.performance import processes
+from studies.performance.least_time import GOAL, TORQUES, arm, least_time_plan
 from studies.performance.measurements import Effort, Row, cpu_seconds
 from studies.performance.processes import in_a_process
 
@@ -18,20 +18,6 @@ TIME, RATIO = "plan of the arm's least time, from the start of Python", "the sam
 SECONDS = 5.0
 SHARE = 0.5  # times as fast as one program on the last mesh: no more than twice its time, with all meshes before it
 SAME = 1e-3  # relative, between both objectives
-TORQUES = (100.0, 50.0)  # N m
-GOAL = 1.0  # rad, of both joints, from 0 at rest to rest
-
-
-@cache
-def arm() -> wb.Ode:
-    """The arm of the paper at rest, whose torques are inputs."""
-    return wb.open_loop(wb.Manipulator(wb.paper_arm(), q=[0.0, 0.0]))
-
-
-def planned() -> wb.planning.Plan:
-    """The motion of least time within the torques."""
-    low, high = [-torque for torque in TORQUES], list(TORQUES)
-    return wb.plan(arm(), (0.1, 10.0), end={"q": [GOAL, GOAL], "qd": 0.0}, limits={"tau": (low, high)})
 
 
 def by_hand(h: wb.Array) -> float:
@@ -77,13 +63,13 @@ def plan_rows(effort: Effort) -> tuple[Row, ...]:
         with TemporaryDirectory() as folder:
             starts.append(in_a_process(processes.least_time, cache=folder))
     wall, cpu = (median(one[clock] for one in starts) for clock in ("wall", "cpu"))
-    plans, times = [planned()], list[float]()
+    plans, times = [least_time_plan()], list[float]()
 
     def theirs() -> float:
         return cpu_seconds(lambda: times.append(by_hand(np.diff(plans[0].t))))
 
     with wb.study.one_core():
-        turns = [(cpu_seconds(lambda: plans.append(planned())), theirs()) for _ in range(effort.repetitions)]
+        turns = [(cpu_seconds(lambda: plans.append(least_time_plan())), theirs()) for _ in range(effort.repetitions)]
     mine, other = (median(turn[i] for turn in turns) for i in (0, 1))
     apart = abs(times[-1] / plans[-1].until - 1)
     note = (

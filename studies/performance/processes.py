@@ -36,9 +36,9 @@ def kernel_load() -> dict[str, Any]:
 
 def least_time() -> dict[str, Any]:
     """The plan of least time of the arm, and the seconds of a core that all of this process took, imports included."""
-    from studies.performance.plan_rate import planned
+    from studies.performance.least_time import least_time_plan
 
-    planned()
+    least_time_plan()
     return {"cpu": process_time()}
 
 

@@ -106,14 +106,14 @@ def test_one_condition_is_one_branch_with_all_that_only_it_needs(body, size):
 def test_carried_numbers_stay_where_they_are_if_no_other_choice_reads_them():
     size = MOST_REGISTERS + 4
     (kept,), (crossing,) = (branches(rk4(equation(body(size), size), 0.1)) for body in (chosen, crossed))
-    assert not crossing.kept  # each is read by the choice of another
-    assert not kept.kept  # their sum is a row that the loop makes
+    assert not crossing.in_place  # each is read by the choice of another
+    assert not kept.in_place  # their sum is a row that the loop makes
 
     def alone(c, row):
         return ca.if_else(row > 0, ca.vertcat(*(heavy(c[i], i) for i in range(size))), c), c[0] + row
 
     (branch,) = branches(rk4(equation(alone, size), 0.1))
-    assert sorted(branch.kept.values()) == list(range(1, size))  # the first number is read by the row, too
+    assert sorted(branch.in_place.values()) == list(range(1, size))  # the first number is read by the row, too
 
 
 @needs_llvmlite
@@ -129,7 +129,7 @@ def test_a_loop_inside_reads_the_carried_numbers_as_they_were():
     span = {"until": 1.0, "every": 0.1, "arithmetic": "fused"}
     numpy, compiled = (simulate(rk4(ode, 0.1), p, engine=engine, **span).x for engine in ("numpy", "native"))
     np.testing.assert_array_equal(numpy.view(np.uint64), compiled.view(np.uint64))
-    assert not branches(rk4(ode, 0.1))[0].kept
+    assert not branches(rk4(ode, 0.1))[0].in_place
 
 
 @needs_llvmlite
@@ -142,7 +142,7 @@ def test_kept_numbers_have_the_bits_of_numpy():
     ode = equation(alone, size)
     p = ode.parameters.pack({"p": np.linspace(-3.0, 3.0, 21)})
     (branch,) = branches(rk4(ode, 0.1))
-    assert len(branch.kept) == size
+    assert len(branch.in_place) == size
     span = {"until": 1.0, "every": 0.1, "arithmetic": "fused"}
     numpy, compiled = (simulate(rk4(ode, 0.1), p, engine=engine, **span).x for engine in ("numpy", "native"))
     np.testing.assert_array_equal(numpy.view(np.uint64), compiled.view(np.uint64))

@@ -24,7 +24,7 @@ def test_the_program_by_hand_finds_the_least_time():
 
 @pytest.mark.parametrize(("until", "is_measured"), [(2.0, True), (2.1, False)])
 def test_times_are_compared_only_at_the_same_least_time(monkeypatch, until, is_measured):
-    monkeypatch.setattr(plan_rate, "planned", lambda: plan(until, is_passed=False))
+    monkeypatch.setattr(plan_rate, "least_time_plan", lambda: plan(until, is_passed=False))
     monkeypatch.setattr(plan_rate, "by_hand", lambda h: 2.0)
     monkeypatch.setattr(plan_rate, "in_a_process", lambda probe, cache: {"wall": 1.5, "cpu": 1.0})
     time, ratio = plan_rate.plan_rows(SMALL)

@@ -26,11 +26,11 @@ class Branch:
         The place of the condition.
     choices
         The places of choices between a new value and an old one.
-    kept
+    in_place
         Choices that are a next carried number and nothing else, whose old value is the carried one: the entries of
         these numbers by the places of the choices. No new value of another choice reads them.
-    carried
-        The place of the array of the carried numbers; -1 if none is kept.
+    array
+        The place of the array of the carried numbers; -1 if no choice is in place.
     inside
         The places that only the new values need, in order, for each choice those that no earlier one needs.
     needs
@@ -39,15 +39,15 @@ class Branch:
 
     condition: int
     choices: tuple[int, ...]
-    kept: Mapping[int, int]
-    carried: int
+    in_place: Mapping[int, int]
+    array: int
     inside: tuple[tuple[int, ...], ...]
     needs: tuple[int, ...]
 
     @property
     def places(self) -> tuple[int, ...]:
         """The places of all choices."""
-        return (*self.choices, *self.kept)
+        return (*self.choices, *self.in_place)
 
 
 @lru_cache(maxsize=128)
@@ -108,7 +108,7 @@ def _branch(
     next_carried: Sequence[int],
     taken: Collection[int],
 ) -> Branch:
-    kept = {
+    in_place = {
         place: entry
         for entry, place in enumerate(next_carried)
         if place in choices
@@ -117,28 +117,30 @@ def _branch(
         and _carried_entry(graph, graph.nodes[place].operands[2]) == entry
     }
     if any(node.op == "carried" and not _has_items_alone(graph, users[i]) for i, node in enumerate(graph.nodes)):
-        kept = {}  # a loop inside reads the array, before the branch or behind it
-    inside = _inside(graph, users, choices, kept, taken)
-    while bound := _read_elsewhere(graph, kept, choices, inside):
-        kept = {place: entry for place, entry in kept.items() if place not in bound}
-        inside = _inside(graph, users, choices, kept, taken)
-    carried = graph.nodes[graph.nodes[next(iter(kept))].operands[2]].operands[0] if kept else -1
-    others = tuple(place for place in choices if place not in kept)
+        in_place = {}  # a loop inside reads the array, before the branch or behind it
+    inside = _inside(graph, users, choices, in_place, taken)
+    while bound := _read_elsewhere(graph, in_place, choices, inside):
+        in_place = {place: entry for place, entry in in_place.items() if place not in bound}
+        inside = _inside(graph, users, choices, in_place, taken)
+    array = graph.nodes[graph.nodes[next(iter(in_place))].operands[2]].operands[0] if in_place else -1
+    others = tuple(place for place in choices if place not in in_place)
     condition = graph.nodes[choices[0]].operands[0]
     ends = [graph.nodes[i].operands[1] for i in choices] + [graph.nodes[i].operands[2] for i in others]
-    operands = [condition, *ends, *([carried] if kept else []), *(j for i in inside for j in graph.nodes[i].operands)]
-    needs = tuple(dict.fromkeys(i for i in operands if i not in inside))
+    operands = [condition, *ends, *(j for i in inside for j in graph.nodes[i].operands)]
+    needs = tuple(dict.fromkeys(i for i in operands if i not in inside))  # the array among them
     parts = list[tuple[int, ...]]()
-    for place in (*others, *kept):
+    for place in (*others, *in_place):
         parts.append(tuple(i for i in graph.before([graph.nodes[place].operands[1]]) if i in inside))
         inside = inside.difference(parts[-1])
-    return Branch(condition, others, kept, carried, tuple(parts), needs)
+    return Branch(condition, others, in_place, array, tuple(parts), needs)
 
 
-def _read_elsewhere(graph: Graph, kept: Mapping[int, int], choices: Sequence[int], inside: Collection[int]) -> set[int]:
-    """The kept choices whose carried number is read by more than their own new value, so that it must stay."""
+def _read_elsewhere(
+    graph: Graph, in_place: Mapping[int, int], choices: Sequence[int], inside: Collection[int]
+) -> set[int]:
+    """The choices in place whose carried number is read by more than their own new value, so that it must stay."""
     read = {place: set(graph.before([graph.nodes[place].operands[1]])) for place in choices}
-    own = {place: graph.nodes[place].operands[2] for place in kept}
+    own = {place: graph.nodes[place].operands[2] for place in in_place}
     return {
         place
         for place, number in own.items()
@@ -150,15 +152,15 @@ def _inside(
     graph: Graph,
     users: Sequence[Sequence[int]],
     choices: Sequence[int],
-    kept: Mapping[int, int],
+    in_place: Mapping[int, int],
     taken: Collection[int],
 ) -> set[int]:
-    """The places that only the new values of choices need, and the carried numbers that only kept ones need."""
+    """The places that only the new values of choices need, and the carried numbers that only those in place need."""
     inside, results = set[int](), set(graph.results)
 
     def is_value(user: int, place: int) -> bool:
         condition, _, old = graph.nodes[user].operands
-        return place != condition and (place != old or user in kept)
+        return place != condition and (place != old or user in in_place)
 
     for place in reversed(graph.before(i for choice in choices for i in graph.nodes[choice].operands[1:])):
         node = graph.nodes[place]

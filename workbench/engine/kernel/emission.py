@@ -31,7 +31,7 @@ class Emission(AbstractLoopEmission):
     ) -> None:
         self.block, self.room, self.labels = block, room, itertools.count(1)
         self.registers: dict[str, list[str]] = {}
-        self.kept: dict[str, tuple[str, int]] = {}
+        self.homes: dict[str, tuple[str, int]] = {}
         self.width = width
         self.fused_products = fused_products
         self.prefix = prefix

@@ -58,7 +58,7 @@ class AbstractLoopEmission(ABC):
     ----------
     registers
         The numbers of the arrays that are registers.
-    kept
+    homes
         The arrays and places of numbers that a branch has left or put where they are.
     labels
         The numbers of the next labels.
@@ -72,7 +72,7 @@ class AbstractLoopEmission(ABC):
     block: str
     room: Room
     registers: dict[str, list[str]]
-    kept: dict[str, tuple[str, int]]
+    homes: dict[str, tuple[str, int]]
     labels: Iterator[int]
 
     @abstractmethod
@@ -127,7 +127,7 @@ class AbstractLoopEmission(ABC):
                 self._copy(self.line(f"getelementptr {self.type}, ptr {place}, i64 {first}"), part.value, part.length)
             else:
                 for i, name in enumerate(self._numbers([part])):
-                    if self.kept.get(name) == (place, first + i):
+                    if self.homes.get(name) == (place, first + i):
                         continue
                     pointer = self.line(f"getelementptr {self.type}, ptr {place}, i64 {first + i}")
                     self.lines.append(f"  store {self.type} {name}, ptr {pointer}")
@@ -146,12 +146,12 @@ class AbstractLoopEmission(ABC):
     # of branches
 
     def branch(
-        self, condition: str, old: Sequence[str], kept: Sequence[tuple[str, int]], new: Callable[[], Iterator[str]]
+        self, condition: str, old: Sequence[str], in_place: Sequence[tuple[str, int]], new: Callable[[], Iterator[str]]
     ) -> Sequence[str]:
         """The new values where a condition holds, whose lines are run if it holds in some lane; elsewhere old ones."""
         label, before = f"{self.prefix}_branch_{next(self.labels)}", self.block
-        in_place = [one for one in kept if one[0] not in self.registers]
-        old = [*old, *(self.item(*one) for one in kept if one[0] in self.registers)]
+        old = [*old, *(self.item(*one) for one in in_place if one[0] in self.registers)]
+        in_place = [one for one in in_place if one[0] not in self.registers]
         some = self.line(f"call i1 @llvm.vector.reduce.or.v{self.width}i1({self.flags} {condition})")
         self.lines += [f"  br i1 {some}, label %{label}, label %{label}_end", f"{label}:"]
         self.block = label
@@ -167,7 +167,7 @@ class AbstractLoopEmission(ABC):
         pairs = zip(old, chosen, strict=True)
         joined = [self.line(f"phi {self.type} [ {a}, %{before} ], [ {b}, %{after} ]") for a, b in pairs]
         ends = [self.item(*one) for one in in_place]
-        self.kept.update(zip(ends, in_place, strict=True))
+        self.homes.update(zip(ends, in_place, strict=True))
         return [*joined, *ends]
 
     # of loops

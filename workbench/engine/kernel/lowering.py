@@ -161,10 +161,7 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
     room = Room("%scratch", len(plan.lanes))
     before = Emission(graph, width, fused_products, "u", outside, "block", room)
     body = Emission(graph, width, fused_products, "v", inside, "step", room)
-    before.evaluation.make(plan.per_run)
-    before.store("%scratch", map(before.evaluation.value, plan.lanes))
-    before.evaluation.make(plan.fixed_arrays)
-    body.evaluation.arrays |= {place: before.evaluation.arrays[place] for place in plan.fixed_arrays}
+    _make_per_run(plan, before, body)
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results[: plan.states]]
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)
@@ -190,6 +187,14 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
         keep=keep,
         alive=last,
     )
+
+
+def _make_per_run(plan: KernelPlan, before: Emission, body: Emission) -> None:
+    """The numbers and arrays that are made once a run, and found by the body in memory."""
+    before.evaluation.make(plan.per_run)
+    before.store("%scratch", map(before.evaluation.value, plan.lanes))
+    before.evaluation.make(plan.fixed_arrays)
+    body.evaluation.arrays |= {place: before.evaluation.arrays[place] for place in plan.fixed_arrays}
 
 
 def _sizes(plan: KernelPlan, width: int) -> dict[str, int]:

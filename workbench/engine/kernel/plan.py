@@ -196,7 +196,7 @@ class Evaluation(Generic[Value]):
         nodes = self.graph.nodes
         condition = self.truth(branch.condition).value
         old = [self.value(nodes[place].operands[2]) for place in branch.choices]
-        kept = [(self.arrays[branch.carried], entry) for entry in branch.kept.values()]
+        in_place = [(self.arrays[branch.array], entry) for entry in branch.in_place.values()]
         known = dict(self.numbers), dict(self.truths), dict(self.angles)
 
         def new() -> Iterator[Value]:
@@ -204,7 +204,7 @@ class Evaluation(Generic[Value]):
                 self.make(inside)
                 yield self.value(nodes[place].operands[1])
 
-        values = machine.branch(condition, old, kept, new)
+        values = machine.branch(condition, old, in_place, new)
         self.numbers, self.truths, self.angles = known
         for place, value in zip(branch.places, values, strict=True):
             self.numbers[place] = MachineNumber(self.machine, value)

@@ -76,11 +76,11 @@ class BranchingMachine(Protocol[Value]):
         self,
         condition: Value,
         old: Sequence[Value],
-        kept: Sequence[tuple[Value, int]],
+        in_place: Sequence[tuple[Value, int]],
         new: Callable[[], Iterator[Value]],
     ) -> Sequence[Value]:
-        """The values that `new` makes where a truth holds, and elsewhere those of `old` and the entries of `kept`.
+        """The values that `new` makes where a truth holds, and elsewhere those of `old` and `in_place`.
 
-        The lines of `new` are run only if the truth holds in some lane. An entry, by its array and place, may be
-        written as soon as its new value is made.
+        The lines of `new` are run only if the truth holds in some lane. An entry in place, by its array and
+        number, may be written as soon as its new value is made.
         """
