@@ -1,8 +1,9 @@
 """Planning: trajectories of least cost within limits, feedback along them, and laws that plan in each period.
 
 `plan` finds a trajectory by collocation or shooting, and the simulator judges it. `linear_mpc` has the problem of
-linear predictive control, the numbers of its law, and its exact solution. The package takes equations, matrices and
-linear systems, and makes none: `wb.PlannedReference`, `wb.TrajectoryFeedback` and `wb.ModelPredictive` are the blocks.
+linear predictive control, the numbers of its law, and its exact solution; `nonlinear_mpc` designs a law that plans with
+the nonlinear plant. The package takes equations, matrices and linear systems, and makes none: `wb.PlannedReference`,
+`wb.TrajectoryFeedback`, `wb.ModelPredictive` and `wb.NonlinearPredictive` are the blocks.
 Read `trajectories/plan_trajectory.py` and `linear_mpc/linear_problem.py` first.
 
 Examples

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PlanProblem
+from workbench.blocks.laws.plan_window import planned_signals
 from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
@@ -54,7 +55,7 @@ class NonlinearPredictive(AbstractController):
     K
         Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
     low, high
-        Limits of the inputs, (nu,), infinite where there is none.
+        Limits of the inputs, (nu,), of size 1e30 where there is none.
     limited
         Names of states and outputs with soft limits.
     row_low, row_high, row_weight
@@ -65,7 +66,7 @@ class NonlinearPredictive(AbstractController):
         Names of the states whose reference replaces their value in x0, at all stages.
     preview
         A reference of states and inputs by name, such as a `PlannedReference`, that the plan follows stage by stage in
-        the place of the rest. The loop must have the same reference.
+        the place of the rest. The loop must have the same reference. Signals that the plant has not are left out.
     safe_command
         Inputs (nu,) that the law gives in a period in which a number that it reads is not finite; its plan then waits.
         It also gives them where no plan has a finite cost, and plans anew. None to leave such numbers to the run, which
@@ -167,7 +168,8 @@ class NonlinearPredictive(AbstractController):
     @property
     def follows(self) -> Layout:
         if self.preview is not None:
-            return self.preview.gives
+            own = self.model.states + self.model.inputs
+            return Layout(tuple(entry for entry in self.preview.gives.entries if entry.name in own))
         return Layout(tuple(self.model.states[name] for name in self.follow))
 
     @property
@@ -196,7 +198,7 @@ class NonlinearPredictive(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         plan, u = self._solve(t, z, est, ref), self.model.inputs
-        first = plan.u[:, 0]
+        first = plan.u[:, 0] + self.u0
         if self.safe_command is not None:
             usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
             first = ca.if_else(usable, first, ca.SX(self.safe_command))
@@ -208,8 +210,8 @@ class NonlinearPredictive(AbstractController):
         r, s = self._problem(t, z, ref).end_target
         last = self._weights.clip(s - self.K @ (plan.end - r))
         following = {
-            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end) - ca.repmat(ca.SX(self.x0), 1, N)),
-            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last) - ca.repmat(ca.SX(self.u0), 1, N)),
+            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end - self.x0)),
+            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last - self.u0)),
             "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
             "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
             "residual": plan.residual,
@@ -242,8 +244,10 @@ class NonlinearPredictive(AbstractController):
     def _previewed(self, t: ca.SX) -> ca.SX:
         """The signals of the previewed reference at a time, as a column."""
         assert self.preview is not None
+        if isinstance(self.preview, PlannedReference):
+            return planned_signals(self.preview, t)
         signals = call_block(self.preview, "at", self.preview.gives, t)
-        return ca.densify(self.preview.gives.flatten(dict(signals)))
+        return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
 
     def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PlanProblem:
         """The problem of a period."""
@@ -253,14 +257,15 @@ class NonlinearPredictive(AbstractController):
         def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
             wanted = {name: ref[name] for name in self.follow}
             if self.preview is not None:
-                wanted = self.preview.gives.view(own if own.numel() else self._previewed(t + k * self.period))
+                wanted = self.follows.view(own if own.numel() else self._previewed(t + k * self.period))
             r, s = states.view(ca.SX(self.x0)), inputs.view(ca.SX(self.u0))
             r.update({name: part for name, part in wanted.items() if name in states})
             s.update({name: part for name, part in wanted.items() if name in inputs})
             return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
 
+        rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
         stages = PlantStages(self.model, self.period, self.steps)
-        return PlanProblem(stages, self._weights, ca.SX(self.K), N, self.sweeps, t, target, window, self._rows)
+        return PlanProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, self._rows)
 
     def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
         """The states and outputs with soft limits, (nr, 1)."""
@@ -275,8 +280,7 @@ class NonlinearPredictive(AbstractController):
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
         """The plan of a period."""
         nx, nu, N = self._counts
-        x = ca.reshape(z["plan_x"], nx, N) + ca.repmat(ca.SX(self.x0), 1, N)
-        u = ca.reshape(z["plan_u"], nu, N) + ca.repmat(ca.SX(self.u0), 1, N)
+        x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
         begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)

@@ -41,13 +41,14 @@ def refuse_unfit_preview(call: str, model: AbstractPlant, preview: AbstractRefer
     if follow:
         raise ValueError(f"`{call}(follow=..., preview=...)` must be one of them alone, as each is the reference.")
     port = model.states + model.inputs
-    for entry in preview.gives.entries:
-        known_name(entry.name, port.names, "states and inputs of the model")
+    for name in preview.primary:
+        known_name(name, port.names, "states and inputs of the model")
+    for entry in (entry for entry in preview.gives.entries if entry.name in port):
         own = port[entry.name]
-        if (entry.shape, entry.unit) != (own.shape, own.unit):
+        if (entry.size, entry.unit) != (own.size, own.unit):
             raise ValueError(
-                f"`{call}(preview=...)` must give '{entry.name}' with the shape and unit of the model, {own.shape} in "
-                f"'{own.unit}'; it has {entry.shape} in '{entry.unit}'."
+                f"`{call}(preview=...)` must give '{entry.name}' with the size and unit of the model, {own.size} in "
+                f"'{own.unit}'; it has {entry.size} in '{entry.unit}'."
             )
     if not np.isinf(preview.ends):
         raise ValueError(

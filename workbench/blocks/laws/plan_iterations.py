@@ -29,11 +29,14 @@ from workbench.core.bounded_loop import bounded_loop
 SHARES = (1.0, 0.5, 0.25, 0.0)  # of the way from the last plan to the solution of a linearised problem
 ALONE = -1.0  # the share of the law behind the horizon, which goes no such way
 LARGEST = 1e100  # a cost beyond it is none
+NO_LIMIT = 1e30  # the size of a limit that is none
 
 
 @dataclass(frozen=True)
 class NonlinearPlan:
-    """A plan: states x (nx, N), inputs u (nu, N), 1 for inputs at a limit, gains (nu nx, N), the end and its worth."""
+    """A plan: states x (nx, N) and inputs u (nu, N) about the rest, 1 for inputs at a limit, gains (nu nx, N), the end
+    (nx, 1), and what it is worth.
+    """
 
     x: ca.SX
     u: ca.SX
@@ -65,6 +68,8 @@ class PlanProblem:
     ----------
     stages, weights
         The plant over a period, and weights and limits.
+    x0, u0
+        The rest.
     feedback
         Gain (nu, nx) of the law behind the horizon.
     horizon, sweeps
@@ -81,6 +86,8 @@ class PlanProblem:
 
     stages: PlantStages
     weights: StageWeights
+    x0: ca.SX
+    u0: ca.SX
     feedback: ca.SX
     horizon: int
     sweeps: int
@@ -100,7 +107,7 @@ class PlanProblem:
     def scale(self) -> ca.SX:
         """The distances between the limits of the inputs (nu, 1), 1 where one is missing."""
         distance = self.weights.high - self.weights.low
-        return ca.if_else(distance <= LARGEST, distance, 1.0)
+        return ca.if_else(distance < NO_LIMIT, distance, 1.0)
 
     @property
     def end_target(self) -> tuple[ca.SX, ca.SX]:
@@ -116,7 +123,7 @@ class PlanProblem:
 
         def stage(c: ca.SX, x: ca.SX, u: ca.SX, gains: ca.SX, *wanted: ca.SX) -> tuple[ca.SX, ...]:
             now, k = c[:nx], c[nx]
-            own = self.weights.clip(u - ca.reshape(gains, nu, nx) @ (now - x))
+            own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x))
             after, A, B = self.stages.after_with_slopes(self._time(k), now, own)
             r, s = self.target(k, wanted[0] if wanted else ca.SX(0, 1))
             y, C = jacobian(lambda v: self.rows(self._time(k), v), now)
@@ -166,4 +173,4 @@ class PlanProblem:
         taken = self.weights.clip(wanted)
         cost = cost + self.weights.stage_cost(now - r, taken - s, self.rows(self._time(k), now))
         after = self.stages.after(self._time(k), now, taken)
-        return ca.vertcat(after, cost), ca.vertcat(now, taken, gains)
+        return ca.vertcat(after, cost), ca.vertcat(now - self.x0, taken - self.u0, gains)

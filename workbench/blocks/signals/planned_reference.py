@@ -71,11 +71,16 @@ class PlannedReference(AbstractReference):
         """The end of the plan in s, or infinity where its last state is held."""
         return float(self.motion.t[-1]) if self.rest_inputs is None else math.inf
 
+    @property
+    def pieces(self) -> Array:
+        """The pieces of the motion, (m, 1 + 4 (nx + nu)) as `MotionRecord.pieces`, with that of the rest behind it."""
+        pieces = self.motion.pieces
+        if self.rest_inputs is None:
+            return pieces
+        end = np.concatenate([self.motion.t[-1:], self.motion.x_ends[-1], self.rest_inputs])
+        return np.vstack([pieces, np.pad(end, (0, pieces.shape[1] - len(end)))])
+
     def at(self, t: Number) -> Signals:
         """The states and inputs at time t [s]."""
-        pieces = self.motion.pieces
-        if self.rest_inputs is not None:
-            end = np.concatenate([self.motion.t[-1:], self.motion.x_ends[-1], self.rest_inputs])
-            pieces = np.vstack([pieces, np.pad(end, (0, pieces.shape[1] - len(end)))])
-        value, _, _ = piecewise_motion(ca.SX(t), pieces)
+        value, _, _ = piecewise_motion(ca.SX(t), self.pieces)
         return Signals(self.gives.view(value))

@@ -15,7 +15,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, definite, semidefinite
 from workbench.design.riccati.regulators import is_system
-from workbench.planning.linear_mpc.limit_rows import Pair, bounds
+from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair, bounds
 from workbench.planning.linear_mpc.linear_problem import regulator
 
 MOST = 1000  # stages, sweeps, linearisations or steps
@@ -23,7 +23,7 @@ MOST = 1000  # stages, sweeps, linearisations or steps
 
 @dataclass(frozen=True, eq=False)
 class StageLimits:
-    """The limits of a stage: hard ones of the inputs, (nu,), and soft ones of signals by name, with their weights."""
+    """The limits of a stage, 1e30 for none: hard ones of inputs, (nu,), and soft ones of signals by name."""
 
     low: Array
     high: Array
@@ -79,7 +79,7 @@ class NonlinearPredictiveDesign:
     def __repr__(self) -> str:
         own = self.limits
         limits = zip(self.inputs, own.low, own.high, strict=True)
-        hard = ", ".join(name for name, low, high in limits if np.isfinite([low, high]).any()) or "none"
+        hard = ", ".join(name for name, low, high in limits if low > -NO_LIMIT or high < NO_LIMIT) or "none"
         soft = f", soft on {', '.join(own.limited)}" if own.limited else ""
         return (
             f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
@@ -159,14 +159,14 @@ def nonlinear_predictive_design(
     nx, nu = len(states), len(inputs)
     q, r = semidefinite(f"{call}(Q=...)", "Q", Q, nx), definite(f"{call}(R=...)", "R", R, nu)
     counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
-    N, *numbers = (whole(f"{call}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
-    A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, numbers[2])
+    N, S, M, n = (whole(f"{call}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
+    A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, n)
     K, end = _behind_horizon(call, A, B, q, r, P)
     point = getattr(system, "point", None)
     x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
     outputs = tuple(name for name in system.output_labels if name not in states)
     own = _limits(call, limits or {}, (states, inputs, outputs), np.asarray(u0), soft_weight)
-    return NonlinearPredictiveDesign(states, inputs, h, N, *numbers, q, r, end, K, A, B, own, x0, u0)
+    return NonlinearPredictiveDesign(states, inputs, h, N, S, M, n, q, r, end, K, A, B, own, x0, u0)
 
 
 def _behind_horizon(call: str, A: Array, B: Array, Q: Array, R: Array, P: Numbers | None) -> tuple[Array, Array]:
@@ -200,11 +200,14 @@ def _limits(
 ) -> StageLimits:
     """The limits of a stage, from those by name."""
     states, inputs, outputs = names
-    low, high = np.full(len(inputs), -np.inf), np.full(len(inputs), np.inf)
+    low, high = np.full(len(inputs), -NO_LIMIT), np.full(len(inputs), NO_LIMIT)
     soft, rows = list[str](), list[tuple[float, float, float]]()
     for name, value in limits.items():
         known_name(name, (*states, *inputs, *outputs), "states, inputs and outputs of the plant")
-        a, b = (float(end[0]) for end in bounds(f"{call}(limits={{{name!r}: ...}})", value, (name,)))
+        a, b = (
+            float(np.clip(end[0], -NO_LIMIT, NO_LIMIT))
+            for end in bounds(f"{call}(limits={{{name!r}: ...}})", value, (name,))
+        )
         if name in inputs:
             i = inputs.index(name)
             low[i], high[i] = a, b
