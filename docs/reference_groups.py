@@ -131,6 +131,7 @@ GROUPS = (
             "ExtendedKalmanFilter": "A Kalman filter that linearises at each instant, for any plant.",
             "UnscentedKalmanFilter": "A Kalman filter by sigma points, for any plant.",
             "ExtendedStateObserver": "Estimates the states and the sum of all unknown terms.",
+            "OffsetFreeObserver": "The state and a constant disturbance, for a predictive law without offset.",
             "FullState": "The state of any plant, read by its instruments or true.",
             "ArmFullState": "Passes the measured positions and velocities of an arm.",
         },

@@ -21,7 +21,8 @@ _ROOMS = {
     "StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
-    "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
+    "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver OffsetFreeObserver SteadyKalmanFilter "
+    "UnscentedKalmanFilter",
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
     "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",

@@ -44,6 +44,7 @@ from workbench.blocks.observers import (
     ExtendedKalmanFilter,
     FullState,
     LinearObserver,
+    OffsetFreeObserver,
     SteadyKalmanFilter,
     UnscentedKalmanFilter,
 )
@@ -246,6 +247,7 @@ __all__ = [
     "Observer",
     "Ode",
     "OdePlant",
+    "OffsetFreeObserver",
     "PID",
     "PadeDelay",
     "Page",

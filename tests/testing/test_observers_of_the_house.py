@@ -24,6 +24,8 @@ class AbstractObserversOfTheHouse(ObserverTests):
     def plant(self):
         if isinstance(self.example, wb.FullState):  # which has the states of its example, and no model
             return wb.CartPole(phi=0.1)
+        if isinstance(self.example, wb.OffsetFreeObserver):  # which has the matrices of its example's plant
+            return wb.DCMotor()
         if not self.is_of_arms:
             return ObserverTests.plant(self)
         return next(plant for plant in OF_ARMS if all(name in plant.outputs for name in self.example.reads.names))

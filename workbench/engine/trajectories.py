@@ -19,6 +19,7 @@ from workbench.core.views import NotebookPage
 from workbench.engine.divergence import Divergence
 from workbench.engine.job import Job
 from workbench.engine.stability import span
+from workbench.engine.state_bounds import excursions
 from workbench.engine.step_check import StepCheck, check_step
 
 if TYPE_CHECKING:
@@ -96,8 +97,13 @@ class Trajectories:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The sentences that every view of the runs shows: which diverged, and how far their step cannot be trusted."""
-        return tuple(filter(None, (self.losses, *self.check.warnings)))
+        """The sentences that every view of the runs shows: which diverged, passed a bound, and have too long a step."""
+        return tuple(filter(None, (self.losses, *self.excursions, *self.check.warnings)))
+
+    @property
+    def excursions(self) -> tuple[str, ...]:
+        """A sentence for each state that passes a bound of its block at a kept time, with the time and the value."""
+        return excursions(self.step, self.t, self.x)
 
     def __repr__(self) -> str:
         runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
@@ -107,7 +113,7 @@ class Trajectories:
             check = self.check
             parts.append(f"step of {span(check.limit.h)} chosen for a tolerance of {self.tolerance:g}")
             parts[-1] += "" if np.isnan(check.change) else f" (half of it changes a state by {check.change:.1e})"
-        return f"<{'; '.join([', '.join(parts), *self.check.warnings])}>"
+        return f"<{'; '.join([', '.join(parts), *self.excursions, *self.check.warnings])}>"
 
     def _repr_html_(self) -> str:
         units = [unit for entry in self.step.states.entries for unit in entry.units]

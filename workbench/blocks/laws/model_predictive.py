@@ -1,12 +1,25 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.predictive_ports import (
+    DISTURBANCE,
+    all_finite,
+    column,
+    disturbance_port,
+    refuse_other_signals,
+    safe_inputs,
+)
+from workbench.blocks.laws.predictive_sweeps import admm_sweep, metric_sweep
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.bounded_loop import bounded_loop
+from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, whole
 
@@ -21,8 +34,8 @@ class ModelPredictive(AbstractController):
     `ModelPredictive.of` makes the law of a design.
 
     Where no limit acts, u = u0 - K (x - x0): the law is LQR. The memory `residual` is the residual before the last
-    sweep, as a share of the distance between the limits of a row. A run in which it grows large has not followed its
-    plan.
+    sweep, as a share of the distance between the limits of a row, and `worst` the largest so far. A run in which it
+    passes `residual_bounds` is beyond the sample of its design, and the run's warnings say so.
 
     Parameters
     ----------
@@ -42,7 +55,7 @@ class ModelPredictive(AbstractController):
     F, E
         Rows of a stage, (nc, nx) and (nc, nu); the first nu are the inputs.
     low, high
-        Limits of the rows, (nc,), infinite where there is none.
+        Limits of the rows, (nc,), of size 1e30 where there is none.
     softness
         Reciprocal weights of the violation of soft rows, (nc,); 0 for a hard one.
     sigma
@@ -50,11 +63,23 @@ class ModelPredictive(AbstractController):
     W, L
         Kept modes of the metric, (N nc, r) and (r,).
     cap
-        The most that a sweep changes a row, in distances between its limits.
+        How far a sweep may pass a limit, in distances between the limits of its row. For ADMM, the relaxation.
     x0, u0
         The rest, in the units of `states` and `inputs`.
     follow
         Names of the states whose reference replaces their value in x0.
+    gains, inverses
+        Gains (N nu, nx) and inverse weights (N nu, nu) of the stages for ADMM; None for sweeps in the metric.
+    rates
+        True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
+    outputs, target, y0
+        Layout of the outputs that reach their references without offset, the map (nx + nu, nd + ny) from d and
+        y_ref - y0 to the rest (x_s, u_s), and the outputs (ny,) at the rest x0; None without an estimate of d.
+    residual_bounds
+        The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
+    safe_command
+        Inputs (nu,) that the law gives in a period in which an estimate or a reference is not finite. Its memory then
+        keeps its values. None to leave such numbers to the run, which they end.
 
     References
     ----------
@@ -65,10 +90,11 @@ class ModelPredictive(AbstractController):
     --------
     >>> plant = wb.CartPole()
     >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
+    >>> Q = np.diag([10.0, 1.0, 10.0, 1.0])
+    >>> design = wb.predictive_design(cart, 0.02, Q, [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     >>> law = wb.ModelPredictive.of(plant, design, follow=("x",))
     >>> law.reads.names, law.follows.names, law.sweeps
-    (('x', 'xd', 'phi', 'phid'), ('x',), 4)
+    (('x', 'xd', 'phi', 'phid'), ('x',), 3)
     """
 
     states: Layout
@@ -91,6 +117,14 @@ class ModelPredictive(AbstractController):
     x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     follow: tuple[str, ...] = ()
+    gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"))
+    inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"))
+    rates: bool = False
+    outputs: Layout = Layout()
+    target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"))
+    y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0")
+    residual_bounds: Bounds = Bounds()
+    safe_command: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
 
     def __post_init__(self) -> None:
         whole("ModelPredictive(horizon=...)", self.horizon, least=1)
@@ -99,7 +133,12 @@ class ModelPredictive(AbstractController):
             known_name(name, self.states.names, "states that the law reads")
 
     @staticmethod
-    def of(plant: AbstractPlant, design: object, follow: tuple[str, ...] = ()) -> ModelPredictive:
+    def of(
+        plant: AbstractPlant,
+        design: object,
+        follow: tuple[str, ...] = (),
+        safe_command: Mapping[str, float] | None = None,
+    ) -> ModelPredictive:
         """The law of a design for a plant, once in its period. It reads an estimate of each state.
 
         Parameters
@@ -110,37 +149,40 @@ class ModelPredictive(AbstractController):
             The result of `predictive_design` for the linearised plant.
         follow
             Names of the states that follow a reference. The plant must rest at each of them with the same input, as a
-            cart does at each position.
+            cart does at each position. A design with `offset_free` follows its outputs instead.
+        safe_command
+            Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
 
         Raises
         ------
         ValueError
-            If `design` is no such result, or is for other states or inputs.
+            If `design` is no such result, is for other states or inputs, or follows outputs and `follow` is given; or
+            if the safe command lacks an input or passes a limit.
         LookupError
-            If the plant has no state with a name of `follow`.
+            If the plant has no state with a name of `follow`, or no such input.
         """
         own = getattr(design, "law_arguments", None)
         if not isinstance(own, dict) or "horizon" not in own:
             raise refusal("ModelPredictive.of(design=...)", "the result of `predictive_design`", design)
-        for port, names in ((plant.states, own["state_names"]), (plant.inputs, own["input_names"])):
-            if port.labels != names:
-                raise ValueError(
-                    f"`ModelPredictive.of(plant, design)` must get a design for the plant's own signals, "
-                    f"{', '.join(port.labels)}; it is for {', '.join(names)}."
-                )
-        numbers = {name: value for name, value in own.items() if name not in ("state_names", "input_names", "period")}
-        law = ModelPredictive(plant.states, plant.inputs, **numbers, follow=follow)
-        return law.run_every(own["period"])
+        own = dict(own)
+        names, outputs, period = own.pop("names"), own.pop("output_names"), own.pop("period")
+        refuse_other_signals("ModelPredictive.of(plant, design)", plant, names)
+        if outputs and follow:
+            raise refusal("ModelPredictive.of(follow=...)", f"left out, as the design follows {outputs}", follow)
+        safe = None if safe_command is None else safe_inputs(plant.inputs, own, safe_command)
+        port = Layout(tuple(plant.outputs[name] for name in outputs))
+        law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port, safe_command=safe)
+        return law.run_every(period)
 
     # ports
 
     @property
     def reads(self) -> Layout:
-        return self.states
+        return self.states if self.target is None else self.states + disturbance_port(self.outputs.size)
 
     @property
     def follows(self) -> Layout:
-        return Layout(tuple(self.states[name] for name in self.follow))
+        return self.outputs + Layout(tuple(self.states[name] for name in self.follow))
 
     @property
     def drives(self) -> Layout:
@@ -158,137 +200,87 @@ class ModelPredictive(AbstractController):
 
     @property
     def memory(self) -> Layout:
-        rows = self.horizon * self._counts[2]
+        rows, bounds = self.horizon * self._counts[2], self.residual_bounds
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
-        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, Entry("residual", np.zeros(()), "1")))
+        residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
+        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst))
 
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        zeta, _ = self._solve(z, est, ref)
-        return Signals(self.inputs.view(self.u0 + self._first_input(zeta)))
+        about = self._about(z, est, ref)
+        return Signals(self.inputs.view(self.u0 + self._first_input(self._solve(z, about)[0], about)))
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the next period about its LQR answer, the inputs on their way, and the residual."""
-        nc = self._counts[2]
-        zeta, residual = self._solve(z, est, ref)
-        v, shifted = self._first_input(zeta), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
-        at = self._rest(ref)
-        after = self.A @ self._deviation(z, est, at) + self.B @ v
-        rows, closed = self.F - self.E @ self.K, self.A - self.B @ self.K
+        about, nc = self._about(z, est, ref), self._counts[2]
+        zeta, residual = self._solve(z, about)
+        e, at, push, valid = about
+        v, shifted = self._first_input(zeta, about), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
+        after = self.A @ (e - at) + self.B @ (v - push)
+        rows, closed, rest = self.F - self.E @ self.K, self.A - self.B @ self.K, self.F @ at + self.E @ push
 
         def about_lqr(e: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
-            return closed @ e, row - rows @ e - self.F @ at
+            return closed @ e, row - rows @ e - rest
 
-        _, plan = bounded_loop(self.horizon, about_lqr, after - at, shifted)
-        following: dict[str, ca.SX] = {"plan": ca.vec(plan), "residual": residual}
+        _, plan = bounded_loop(self.horizon, about_lqr, after, shifted)
+        following = {"plan": ca.vec(plan), "residual": residual, "worst": ca.fmax(z["worst"], residual)}
+        if valid is not None:
+            following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}
         if self._waiting:
-            following["sent"] = after[self.states.size :]
+            following["sent"] = (after + at)[self.states.size :]
         return following
 
-    def _rest(self, ref: Follows) -> ca.SX:
-        """The rest that is wanted, as a deviation (nx, 1) from x0; its input is u0."""
+    def _about(self, z: Parts, est: Reads, ref: Follows) -> About:
+        """The state, and the rest that is wanted; both at x0 where a number that is read is not finite."""
+        x, waiting = column(est, self.states), self._waiting
+        push = ca.SX.zeros(self.inputs.size)
         wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
-        return ca.vertcat(self.states.flatten(wanted) - self.x0, ca.SX.zeros(self._waiting))
+        both = self.states.flatten(wanted) - self.x0
+        if self.target is not None:
+            both = ca.vertcat(est[DISTURBANCE], column(ref, self.outputs) - self.y0)
+        valid = None if self.safe_command is None else all_finite(ca.vertcat(x, both))
+        if valid is not None:
+            x = ca.if_else(valid, x, ca.SX(self.x0))
+            both = ca.if_else(valid, both, ca.SX.zeros(both.numel()))
+        at = ca.vertcat(both, ca.SX.zeros(waiting))
+        if self.target is not None:
+            both = self.target @ both
+            at, push = both[: self._counts[0]], both[self._counts[0] :]
+        e = x - self.x0
+        return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
-    def _deviation(self, z: Parts, est: Reads, at: ca.SX) -> ca.SX:
-        """The state of the model (nx, 1), as a deviation from x0 and u0."""
-        x = self.states.flatten(est) - self.x0
-        return ca.vertcat(x, z["sent"]) if self._waiting else x
+    def _first_input(self, zeta: ca.SX, about: About) -> ca.SX:
+        """The first input of the plan within its limits, and within those of its change from the input before."""
+        nu, last = self.inputs.size, about.e[-self.inputs.size :]
+        v = ca.fmin(ca.fmax(zeta[:nu], self.low[:nu]), self.high[:nu])
+        if self.rates:
+            v = ca.fmin(ca.fmax(v, last + self.low[-nu:]), last + self.high[-nu:])
+        return v if about.valid is None else ca.if_else(about.valid, v, self.safe_command - self.u0)
 
-    def _first_input(self, zeta: ca.SX) -> ca.SX:
-        nu = self.inputs.size
-        return ca.fmin(ca.fmax(zeta[:nu], self.low[:nu]), self.high[:nu])
-
-    def _solve(self, z: Parts, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
+    def _solve(self, z: Parts, about: About) -> tuple[ca.SX, ca.SX]:
         """zeta (N nc, 1) of the rows after the sweeps, and the residual before the last one."""
-        nc, at = self._counts[2], self._rest(ref)
-        rows, closed = self.F - self.E @ self.K, self.A - self.B @ self.K
+        nc, e, at = self._counts[2], about.e, about.at
+        rows, closed, rest = self.F - self.E @ self.K, self.A - self.B @ self.K, self.F @ at + self.E @ about.push
+        one = metric_sweep if self.gains is None else admm_sweep
 
         def start(e: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
-            answer = rows @ e + self.F @ at
+            answer = rows @ e + rest
             return closed @ e, answer, own + answer
 
-        plan = ca.reshape(z["plan"], nc, self.horizon)
-        _, answer, zeta = bounded_loop(self.horizon, start, self._deviation(z, est, at) - at, plan)
+        _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
 
         def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
-            return (ca.vertcat(*self._sweep(ca.reshape(both[:-1], nc, self.horizon), lqr)),)
+            return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)
 
         (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
         return both[:-1], both[-1]
 
-    def _sweep(self, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """The next zeta (N nc, 1), and the residual of the one that came."""
-        nx, _, nc = self._counts
-        rows, closed = self.F - self.E @ self.K, self.A - self.B @ self.K
 
-        def back(p: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
-            v = ca.fmin(ca.fmax(own, self.low), self.high)
-            force = (own - v) / self.sigma
-            acts = ca.if_else(own == v, 0.0, 1 / self.sigma)
-            d = self.S @ (self.B.T @ p + self.E.T @ force)
-            return closed.T @ p + rows.T @ force, d, v + self.softness * force, acts
+class About(NamedTuple):
+    """The state e and the rest (at, push) that is wanted, as deviations, and 1 if all numbers read are finite."""
 
-        _, moves, kept, acts = bounded_loop(self.horizon, back, ca.SX.zeros(nx), zeta, backward=True)
-        r = self.L.shape[0]
-        modes = ca.reshape(self._modes_by_stage, nc * r, self.horizon)
-        places = [(i, j) for j in range(r) for i in range(j, r)]
-
-        def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, active: ca.SX, W: ca.SX) -> tuple[ca.SX, ...]:
-            e, sums, largest = c[:nx], c[nx:-1], c[-1]
-            gap = lqr - rows @ e - self.E @ d - own
-            W = ca.reshape(W, nc, r)
-            weighted = W * ca.repmat(active, 1, r)
-            terms = [ca.dot(weighted[:, i], W[:, j]) for i, j in places] + [weighted[:, i].T @ gap for i in range(r)]
-            largest = ca.fmax(largest, ca.mmax(ca.fabs(gap) * self._shares))
-            return ca.vertcat(closed @ e + self.B @ d, sums + ca.vertcat(ca.SX(0, 1), *terms), largest), gap
-
-        first = ca.vertcat(ca.SX.zeros(nx), ca.SX.zeros(len(places) + r), 0.0)
-        end, gap = bounded_loop(self.horizon, forth, first, moves, kept, answer, acts, modes)
-        sums, residual = end[nx:-1], end[-1]
-        change, largest = gap, residual
-        if r:
-            t = self._quasidefinite(places, sums)
-
-            def without_modes(most: ca.SX, own: ca.SX, W: ca.SX, t: ca.SX) -> tuple[ca.SX, ...]:
-                step = own - ca.reshape(W, nc, r) @ t
-                return ca.fmax(most, ca.mmax(ca.fabs(step) * self._shares)), step
-
-            largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, constants=(t,))
-        scale = ca.fmin(1.0, self.cap / ca.fmax(largest, self.cap))
-
-        def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:
-            return none, own + step * share
-
-        _, following = bounded_loop(self.horizon, take, ca.SX(0, 1), zeta, change, constants=(scale,))
-        return ca.vec(following), residual
-
-    @property
-    def _shares(self) -> ca.SX:
-        """1 / (high - low) of the rows (nc, 1), zero where a limit is missing."""
-        return ca.SX(1.0) / (ca.SX(self.high) - ca.SX(self.low))
-
-    @property
-    def _modes_by_stage(self) -> ca.SX:
-        """W with the numbers of a stage in a column, (nc r, N)."""
-        nc, W = self._counts[2], ca.SX(self.W)
-        return ca.horzcat(*(ca.vec(W[k * nc : (k + 1) * nc, :]) for k in range(self.horizon)))
-
-    def _quasidefinite(self, places: list[tuple[int, int]], sums: ca.SX) -> ca.SX:
-        """t (r, 1) of (L^-1 + W' diag W) t = W' diag gap, by factors L D L' without pivots."""
-        r = self.L.shape[0]
-        G = {place: sums[i] for i, place in enumerate(places)}
-        t = [sums[len(places) + i] for i in range(r)]
-        for i in range(r):
-            G[i, i] += 1 / self.L[i]
-        for j in range(r):
-            column = {i: G[i, j] / G[j, j] for i in range(j + 1, r)}
-            for i in range(j + 1, r):
-                for k in range(j + 1, i + 1):
-                    G[i, k] -= column[i] * G[k, j]
-                t[i] -= column[i] * t[j]
-            G.update({(i, j): value for i, value in column.items()})
-        for j in reversed(range(r)):
-            t[j] = t[j] / G[j, j] - sum((G[i, j] * t[i] for i in range(j + 1, r)), ca.SX(0.0))
-        return ca.vertcat(*t)
+    e: ca.SX
+    at: ca.SX
+    push: ca.SX
+    valid: ca.SX | None

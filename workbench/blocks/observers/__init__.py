@@ -8,11 +8,13 @@ a model. Read `linear_observer.py` first.
 from workbench.blocks.observers.full_state import FullState
 from workbench.blocks.observers.kalman_filter import ExtendedKalmanFilter, UnscentedKalmanFilter
 from workbench.blocks.observers.linear_observer import LinearObserver, SteadyKalmanFilter
+from workbench.blocks.observers.offset_free_observer import OffsetFreeObserver
 
 __all__ = [
     "ExtendedKalmanFilter",
     "FullState",
     "UnscentedKalmanFilter",
     "LinearObserver",
+    "OffsetFreeObserver",
     "SteadyKalmanFilter",
 ]

@@ -233,7 +233,8 @@ class Measurement:
         lost = f"{self.diverged_count:,} of {len(self):,} runs diverged" if self.diverged_count else ""
         losses = lost if self.kept_runs is None else self.kept_runs.losses
         step = beyond(self.limit) if len(self.limits) else ""
-        return tuple(filter(None, (losses, step, *missed, *self.pulse_warnings)))
+        passed = () if self.kept_runs is None else self.kept_runs.excursions
+        return tuple(filter(None, (losses, *passed, step, *missed, *self.pulse_warnings)))
 
 
 def error_of(value: Array, half_value: Array, least: Sequence[float]) -> Array:

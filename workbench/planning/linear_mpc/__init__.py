@@ -34,6 +34,7 @@ from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 from workbench.planning.linear_mpc.splitting_tuning import SplittingTuning, TuningRow, tune_splitting
+from workbench.planning.linear_mpc.sweep_choice import SweepEvidence
 from workbench.planning.linear_mpc.terminal_ellipsoid import TerminalSet, terminal_set
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "SplittingAnswer",
     "SplittingNumbers",
     "SplittingTuning",
+    "SweepEvidence",
     "TerminalSet",
     "TuningRow",
     "dual_product",

@@ -17,7 +17,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
-from workbench.planning.linear_mpc.array_doors import finite_batch
+from workbench.planning.linear_mpc.array_doors import finite_batch, finite_vector
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 
@@ -76,6 +76,27 @@ def dual_product(numbers: RecursionNumbers, multipliers: Numbers) -> Array:
     return np.stack(y, axis=-2).reshape(multipliers.shape)
 
 
+@check_arguments
+def tracking_gains(problem: LinearMpc, sigma: Numbers) -> tuple[Array, Array]:
+    """The gains (N nu, nx) and inverse weights (N nu, nu) of the two passes of ADMM with penalties 1 / sigma (nc,).
+
+    Its plan about the LQR law is the least sum d'S d + (rows - wanted)^2 / (sigma + softness), with d = -K_k x + ...
+    """
+    own = recursion_numbers(problem)
+    sizes = finite_vector("tracking_gains(sigma=...)", sigma, len(own.rows), "penalties")
+    weighted = 1 / (sizes + own.softness)
+    S, P, parts = np.linalg.inv(own.inverse), np.zeros_like(own.loop), []
+    for _ in range(own.horizon):
+        H = S + (own.E.T * weighted) @ own.E + own.B.T @ P @ own.B
+        inverse = np.linalg.inv((H + H.T) / 2)
+        gain = inverse @ ((own.E.T * weighted) @ own.rows + own.B.T @ P @ own.loop)
+        loop, rows = own.loop - own.B @ gain, own.rows - own.E @ gain
+        P = loop.T @ P @ loop + gain.T @ S @ gain + (rows.T * weighted) @ rows
+        P = (P + P.T) / 2
+        parts.append((gain, inverse))
+    return np.vstack([part[0] for part in parts[::-1]]), np.vstack([part[1] for part in parts[::-1]])
+
+
 @dataclass(frozen=True)
 @show
 class OperationCount:
@@ -105,7 +126,8 @@ def operation_count(numbers: SplittingNumbers) -> OperationCount:
     stage = 2 * nx * nx + 2 * nx * nu + 2 * nx * nc + 2 * other * nu + nu * nu
     small = sum(j * (j + 1) // 2 for j in range(r)) + r * (r - 1)  # factors, then two triangular solutions
     metric = M * (2 * r + r * (r + 1) // 2) + small
-    product = dense if numbers.method == ADMM else min(dense, N * stage)
+    stage += 2 * nx * nu if numbers.method == ADMM else 0  # the gains of its stages, twice
+    product = min(dense, N * stage)
     sweep = product + metric + 4 * M
     period = numbers.sweeps * sweep + 2 * M * nx + nx * (nx + nu)
     return OperationCount(

@@ -13,6 +13,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import matrix
 from workbench.planning.linear_mpc.array_doors import finite_vector
 
+RATE = "rate of "  # before the name of an input: the row of its change
 NO_LIMIT = 1e30  # a bound of this size or larger is none
 Pair = tuple[Numbers, Numbers]
 
@@ -49,6 +50,11 @@ class LimitRows:
         """The number of rows of a stage."""
         return len(self.low)
 
+    @property
+    def has_rates(self) -> bool:
+        """True if the last rows limit the changes of the inputs."""
+        return self.names[-1].startswith(RATE)
+
     def about(self, x0: Numbers, u0: Numbers) -> LimitRows:
         """The rows for deviations from x0 (nx,) and u0 (nu,)."""
         x0 = finite_vector("LimitRows.about(x0=...)", x0, self.F.shape[1], "states")
@@ -68,7 +74,7 @@ def bounds(call: str, value: object, names: tuple[str, ...]) -> tuple[Array, Arr
         if array is None or array.shape not in ((), (n,)) or np.isnan(array).any():
             raise ValueError(f"`{call}` must hold two numbers or two arrays of shape ({n},); got {describe(end)}.")
         array = np.broadcast_to(array, (n,))
-        ends.append(np.where(np.abs(array) >= NO_LIMIT, np.sign(array) * np.inf, array))
+        ends.append(np.where(np.abs(array) >= NO_LIMIT, np.copysign(np.inf, array), array))
     low, high = ends
     crossing = [name for name, a, b in zip(names, low, high, strict=True) if not a < b]
     if crossing:
@@ -105,6 +111,8 @@ class MpcLimits:
         The pair (C, (low, high)) for C x at 1 to N, with C (ny, nx).
     rates
         Numbers or arrays (nu,) for u_k - u_{k-1}. The state of the problem is then (x_k, u_{k-1}), of size nx + nu.
+    output_names
+        Names of the outputs, for messages.
     soft_weight
         w > 0, a number or one for each limited state and output: its violation s costs w s^2 and is not forbidden. By
         default these limits are hard.
@@ -121,6 +129,7 @@ class MpcLimits:
     outputs: tuple[Numbers, Pair] | None = None
     rates: Pair | None = None
     soft_weight: Numbers | None = None
+    output_names: tuple[str, ...] = ()
 
 
 def limit_rows(
@@ -139,10 +148,15 @@ def limit_rows(
         names += [name for name, has in zip(state_names, has_limit, strict=True) if has]
     if limits.outputs is not None:
         more = matrix("MpcLimits(outputs=...)", "C", limits.outputs[0], columns=nx)
-        labels = tuple(f"output[{i}]" for i in range(len(more)))
+        labels = output_labels(limits, len(more))
         own = bounds("MpcLimits(outputs=...)", limits.outputs[1], labels)
         C, ends = np.vstack([C, more]), (np.r_[ends[0], own[0]], np.r_[ends[1], own[1]])
         names += labels
     soft = np.r_[np.zeros(nu), softness("MpcLimits(soft_weight=...)", limits.soft_weight, len(C))]
     F, E = np.vstack([np.zeros((nu, nx)), C @ A]), np.vstack([np.eye(nu), C @ B])
     return LimitRows(F, E, np.r_[low, ends[0]], np.r_[high, ends[1]], soft, tuple(names))
+
+
+def output_labels(limits: MpcLimits, count: int) -> tuple[str, ...]:
+    """The names of the limited outputs."""
+    return limits.output_names[:count] + tuple(f"output[{i}]" for i in range(len(limits.output_names), count))

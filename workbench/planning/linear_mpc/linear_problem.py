@@ -13,7 +13,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import lqr
 from workbench.planning.linear_mpc.array_doors import finite_vector
-from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits, Pair, bounds, limit_rows
+from workbench.planning.linear_mpc.limit_rows import RATE, LimitRows, MpcLimits, Pair, bounds, limit_rows
 
 LONGEST_HORIZON = 1000
 
@@ -197,7 +197,7 @@ def _wide(outputs: tuple[Numbers, Pair] | None, nx: int) -> tuple[Numbers, Pair]
 def _with_rates(problem: LinearMpc, limits: Pair, input_names: tuple[str, ...]) -> LinearMpc:
     """The problem with the last input as a state, and rows u_k - u_{k-1}."""
     nx, nu = problem.B.shape
-    names = tuple(f"rate of {name}" for name in input_names)
+    names = tuple(RATE + name for name in input_names)
     low, high = bounds("MpcLimits(rates=...)", limits, names)
     old, wide = problem.rows, np.zeros((problem.rows.count, nu))
     rows = LimitRows(

@@ -8,19 +8,29 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.core.claim import Claim
+from workbench.core.numbers import Bounds
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, known_name, refusal
+from workbench.core.validation.refusals import finite, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import DesignError, definite, semidefinite
-from workbench.planning.linear_mpc.dual_recursion import recursion_numbers
+from workbench.design.matrices import one_thread
+from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
+from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
-from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair, bounds
+from workbench.planning.linear_mpc.law_claims import law_claims
+from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
+from workbench.planning.linear_mpc.limit_sample import limit_sample
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
+from workbench.planning.linear_mpc.named_limits import named_limits, refuse_rest, signal_names
+from workbench.planning.linear_mpc.offset_design import OutputPoint, offset_design
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
-from workbench.planning.linear_mpc.splitting import SplittingNumbers
-from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
+from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
+from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_sweeps, method_in_words
+
+RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +47,13 @@ class PredictiveDesign:
     problem
         The problem that is solved in each period, in deviations from the rest.
     numbers
-        The constants of the solver, with the number of sweeps and how much a sweep reduces an error.
+        The constants of the solver, with its method and the number of sweeps.
+    evidence
+        The sample of closed loops from which they were derived, and the errors in it.
+    claims
+        What is proved of the exact law, with hypotheses, and what is only sampled of the law with its sweeps.
+    offset, outputs
+        The numbers of the disturbance observer, and the outputs that the law follows without offset; None without.
     """
 
     states: tuple[str, ...]
@@ -45,13 +61,17 @@ class PredictiveDesign:
     period: float
     problem: LinearMpc
     numbers: SplittingNumbers
+    evidence: SweepEvidence
+    claims: tuple[Claim, ...]
+    offset: OffsetFree | None = None
+    outputs: OutputPoint | None = None
 
     def __repr__(self) -> str:
-        n = self.numbers
-        proof = "proved" if n.is_proved else "not proved"
+        method = method_in_words(self.numbers)
         return (
             f"<PredictiveDesign: {self.problem.horizon} stages of {self.period:g} s, limits on "
-            f"{', '.join(self.problem.rows.names)}, {n.sweeps} sweeps, contraction {n.contraction:.2g} ({proof})>"
+            f"{', '.join(self.problem.rows.names)}, {self.numbers.sweeps} {method}, "
+            f"error {self.evidence.largest_error:.1g} (sampled, not proved)>"
         )
 
     @cached_property
@@ -64,9 +84,11 @@ class PredictiveDesign:
         """The arguments of `ModelPredictive`."""
         own, numbers, nc = recursion_numbers(self.problem), self.numbers, self.problem.rows.count
         nx, nu = len(self.states), len(self.inputs)
+        admm = numbers.method == ADMM
+        gains = tracking_gains(self.problem, numbers.sigma[:nc]) if admm else (None, None)
         return {
-            "state_names": self.states,
-            "input_names": self.inputs,
+            "names": (self.states, self.inputs),
+            "output_names": () if self.outputs is None else self.outputs.names,
             "period": self.period,
             "horizon": self.problem.horizon,
             "sweeps": numbers.sweeps,
@@ -76,8 +98,8 @@ class PredictiveDesign:
             "S": own.inverse,
             "F": self.problem.rows.F,
             "E": self.problem.rows.E,
-            "low": self.problem.rows.low,
-            "high": self.problem.rows.high,
+            "low": np.maximum(self.problem.rows.low, -NO_LIMIT),
+            "high": np.minimum(self.problem.rows.high, NO_LIMIT),
             "softness": self.problem.rows.softness,
             "sigma": numbers.sigma[:nc],
             "W": numbers.W,
@@ -85,10 +107,39 @@ class PredictiveDesign:
             "cap": numbers.cap,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(nu) if self.problem.u0 is None else self.problem.u0,
+            "gains": gains[0],
+            "inverses": gains[1],
+            "rates": numbers.rates,
+            "residual_bounds": Bounds(high=RESIDUALS * self.evidence.largest_residual + ROUNDING),
+            "target": None if self.offset is None else self.offset.target,
+            "y0": None if self.outputs is None else self.outputs.y0,
+        }
+
+    @property
+    def observer_arguments(self) -> Mapping[str, object]:
+        """The arguments of `OffsetFreeObserver`; empty for a design without `offset_free`."""
+        own, outputs = self.offset, self.outputs
+        if own is None or outputs is None:
+            return {}
+        nx = len(self.states)
+        return {
+            "names": (self.states, self.inputs),
+            "output_names": outputs.names,
+            "period": self.period,
+            "A": own.A,
+            "B": own.B,
+            "Bd": own.Bd,
+            "C": own.C,
+            "Cd": own.Cd,
+            "L": own.L,
+            "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
+            "u0": np.zeros(len(self.inputs)) if self.problem.u0 is None else self.problem.u0,
+            "y0": outputs.y0,
         }
 
 
 @check_arguments
+@one_thread()
 def predictive_design(
     system: System,
     period: float,
@@ -101,6 +152,8 @@ def predictive_design(
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
+    accuracy: float = 1e-2,
+    offset_free: tuple[str, ...] = (),
 ) -> PredictiveDesign:
     """Design a predictive law for a linearised plant that a computer controls once in a period.
 
@@ -111,90 +164,46 @@ def predictive_design(
     period, delay
         Of the computer and of its inputs, in s.
     Q, R, horizon
-        Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
-        the number of stages.
+        Weights of a period, (nx, nx) positive semidefinite and (nu, nu) positive definite; and the number of stages.
     limits, rate_limits
-        Pairs (low, high) of states and inputs by name, in the units of the plant, and of the change of an input.
+        Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
     soft_weight
-        The weight w of a violation s of a limit of a state, w s^2. By default these limits are hard.
-    sweeps
-        The number of sweeps in a period. By default it follows from how much a sweep reduces an error.
+        The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
+    sweeps, accuracy
+        The number of sweeps; by default the cheapest that errs by at most `accuracy`, in spans of an input's limits and
+        in the share of the cost, along a sample of closed loops of the exact law: sampled, not proved.
+    offset_free
+        Names of outputs that reach references under a constant disturbance or a wrong gain, by `OffsetFreeObserver`.
 
     Raises
     ------
     ValueError, LookupError
         If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name.
     DesignError
-        If no gain stabilises the plant, or no number of sweeps is proved to suffice.
+        If no gain stabilises the plant, no number of sweeps is accurate enough, or a disturbance cannot be observed.
 
     Examples
     --------
     >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
-    <PredictiveDesign: 20 stages of 0.02 s, limits on F, 4 sweeps, contraction 0.25 (proved)>
+    >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
+    >>> design.numbers.sweeps, design.evidence.largest_error < 1e-2
+    (3, True)
     """
-    names = _names(system, Q, R)
-    ends = _limits(names, limits, rate_limits or {}, soft_weight)
+    names = signal_names(system, Q, R)
+    ends = named_limits(system, names, limits, rate_limits or {}, soft_weight)
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
-    _refuse_rest(problem)
-    numbers = splitting_numbers(problem, sweeps=sweeps)
-    if sweeps is None and not numbers.is_proved:
-        raise DesignError(
-            "`predictive_design(limits=...)`: no number of sweeps is proved to suffice for hard limits on states, or "
-            "for limits on inputs and their rates together, as their rows depend on each other. Make limits on states "
-            "soft by `soft_weight`, leave out limits on rates, or give `sweeps` and judge runs by their `residual`."
-        )
-    return PredictiveDesign(*names, float(period), problem, numbers)
+    refuse_rest(problem)
+    follows = offset_design(system, problem, float(period), float(delay), offset_free) if offset_free else (None, None)
+    numbers, evidence = _sweeps(problem, len(names[0]), accuracy, sweeps)
+    claims = law_claims(problem, numbers, evidence)
+    return PredictiveDesign(*names, float(period), problem, numbers, evidence, claims, *follows)
 
 
-def _names(system: System, Q: Numbers, R: Numbers) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of states and inputs of a linear system; another object and unfit weights are refused."""
-    if not hasattr(system, "state_labels"):
-        raise refusal("predictive_design(system)", "a linear plant, as `linearize` returns it", system)
-    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
-    semidefinite("predictive_design(Q=...)", "Q", Q, len(states))
-    definite("predictive_design(R=...)", "R", R, len(inputs))
-    return states, inputs
-
-
-def _refuse_rest(problem: LinearMpc) -> None:
-    """Refuse limits that exclude the rest, about which the law plans."""
-    for name, low, high in zip(problem.rows.names, problem.rows.low, problem.rows.high, strict=True):
-        if not low <= 0.0 <= high:
-            raise ValueError(
-                f"`predictive_design(limits=...)` must leave the rest of the plant inside; that of '{name}' lies "
-                f"{low if low > 0 else -high:.4g} outside. Take another rest, or widen the limit."
-            )
-
-
-def _limits(
-    names: tuple[tuple[str, ...], tuple[str, ...]],
-    limits: Mapping[str, Pair],
-    rate_limits: Mapping[str, Pair],
-    soft_weight: Numbers | None,
-) -> MpcLimits:
-    """The limits of a problem from those by name."""
-    states, inputs = names
-    if not limits and not rate_limits:
-        raise refusal("predictive_design(limits=...)", "a limit at least, else take `lqr`", limits)
-    for name in limits:
-        known_name(name, (*states, *inputs), "states and inputs of the plant")
-    for name in rate_limits:
-        known_name(name, inputs, "inputs of the plant")
-    return MpcLimits(
-        inputs=_ends(inputs, limits),
-        states=_ends(states, limits),
-        rates=_ends(inputs, rate_limits),
-        soft_weight=soft_weight,
-    )
-
-
-def _ends(names: tuple[str, ...], limits: Mapping[str, Pair]) -> tuple[Array, Array] | None:
-    """The two ends of the limits of some signals, infinite where there are none; None without any."""
-    if not any(name in limits for name in names):
-        return None
-    for name in (name for name in names if name in limits):
-        bounds(f"predictive_design(limits={{{name!r}: ...}})", limits[name], (name,))
-    pairs = [limits.get(name, (-np.inf, np.inf)) for name in names]
-    low, high = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
-    return low, high
+def _sweeps(
+    problem: LinearMpc, plant_states: int, accuracy: float, sweeps: int | None
+) -> tuple[SplittingNumbers, SweepEvidence]:
+    """The constants of the law, and the sample from which they follow."""
+    wanted = finite("predictive_design(accuracy=...)", accuracy, low=1e-9, high=0.5)
+    count = None if sweeps is None else whole("predictive_design(sweeps=...)", sweeps, 1, 10_000, " of sweeps")
+    exact = exact_mpc(problem)
+    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count)

@@ -20,9 +20,9 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, finite, refusal, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import DesignError, semidefinite
+from workbench.design.matrices import DesignError, matrix, semidefinite
 from workbench.design.riccati.regulators import is_system
-from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
+from workbench.planning.linear_mpc.limit_rows import MpcLimits, bounds, output_labels
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 
 WHOLE = 1e-9  # of a period: a delay this near to whole periods is whole
@@ -75,12 +75,12 @@ def sampled_mpc(
         new = np.vstack([new, np.eye(nu)])
         q = np.block([[q, np.zeros((nx, nu))], [np.zeros((nu, nx + nu))]])
     names = tuple(system.state_labels), tuple(system.input_labels)
-    own = replace(limits, states=_states_of_plant(limits.states, nx, len(A)))
-    problem = mpc_problem(A, new, q, R, horizon, own, delay=whole, names=names)
     point = getattr(system, "point", None)
     rest = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
+    own = _about_rest(limits, rest, names, len(A))
+    problem = mpc_problem(A, new, q, R, horizon, own, delay=whole, names=names)
     past = (len(problem.A) - nx) // nu
-    return problem.about(np.concatenate([rest[0], *[rest[1]] * past]), rest[1])
+    return replace(problem, x0=np.concatenate([rest[0], *[rest[1]] * past]), u0=rest[1])
 
 
 def delayed_zoh(A: Array, B: Array, period: float, delay: float) -> tuple[Array, Array, Array, int]:
@@ -99,10 +99,21 @@ def _hold(A: Array, B: Array, span: float) -> tuple[Array, Array]:
     return np.asarray(grown[:nx, :nx]), np.asarray(grown[:nx, nx:])
 
 
-def _states_of_plant(limits: Pair | None, nx: int, size: int) -> Pair | None:
-    """Limits on the plant's states, with none on an input that is on its way."""
-    if limits is None or not isinstance(limits, tuple | list) or len(limits) != 2:
-        return limits
-    low, high = (np.broadcast_to(np.asarray(end, dtype=float), (nx,)) for end in limits)
-    more = np.full(size - nx, np.inf)
-    return np.r_[low, -more], np.r_[high, more]
+def _about_rest(
+    limits: MpcLimits, rest: tuple[Array, Array], names: tuple[tuple[str, ...], tuple[str, ...]], size: int
+) -> MpcLimits:
+    """The limits for deviations from a rest, with none on an input that is on its way."""
+    x0, u0 = rest
+    inputs, states, outputs = limits.inputs, limits.states, limits.outputs
+    if inputs is not None:
+        low, high = bounds("MpcLimits(inputs=...)", inputs, names[1])
+        inputs = low - u0, high - u0
+    if states is not None:
+        low, high = bounds("MpcLimits(states=...)", states, names[0])
+        more = np.full(size - len(x0), np.inf)
+        states = np.r_[low - x0, -more], np.r_[high - x0, more]
+    if outputs is not None:
+        C = matrix("MpcLimits(outputs=...)", "C", outputs[0], columns=len(x0))
+        low, high = bounds("MpcLimits(outputs=...)", outputs[1], output_labels(limits, len(C)))
+        outputs = C, (low - C @ x0, high - C @ x0)
+    return replace(limits, inputs=inputs, states=states, outputs=outputs)

@@ -83,6 +83,8 @@ class SplittingNumbers:
         reduces the error once its active rows are right; NaN for ADMM.
     is_proved
         True if D is regular, so that this factor holds for every active set (`splitting_metric`).
+    rates
+        True if the last nu rows limit the changes of the inputs, and the last nu states are the inputs before.
     """
 
     A: Array
@@ -101,6 +103,7 @@ class SplittingNumbers:
     cap: float
     contraction: float
     is_proved: bool
+    rates: bool = False
 
     @property
     def rows_of_stage(self) -> int:
@@ -159,6 +162,8 @@ def solve_period(
         zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
+    if numbers.rates:
+        u = np.clip(u, x[..., -nu:] + numbers.low[-nu:], x[..., -nu:] + numbers.high[-nu:])
     after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
     return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
 

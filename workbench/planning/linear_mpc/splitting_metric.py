@@ -28,6 +28,7 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.planning.linear_mpc.limit_rows import RATE
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.splitting import METRIC, SplittingNumbers
@@ -109,6 +110,7 @@ def splitting_numbers(
         CAP,
         metric.contraction,
         metric.is_proved,
+        problem.rows.has_rates,
     )
 
 
@@ -149,7 +151,7 @@ def _floors(problem: LinearMpc, D: Array) -> Iterator[Array]:
     rows, nu = problem.rows, problem.B.shape[1]
     inverse = np.diag(np.linalg.inv(problem.R))
     largest = np.diag(D).reshape(problem.horizon, rows.count).max(axis=0)
-    is_rate = np.array([name.startswith("rate of ") for name in rows.names])
+    is_rate = np.array([name.startswith(RATE) for name in rows.names])
     stage = np.maximum(largest, np.finfo(float).tiny)
     stage[:nu] = inverse
     if is_rate.any():

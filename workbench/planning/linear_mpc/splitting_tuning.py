@@ -67,9 +67,17 @@ def tune_splitting(
 
     Raises
     ------
+    ValueError
+        If the states and moves have other shapes.
     DesignError
         If no candidate is accurate enough.
     """
+    sizes = np.shape(states)[:-1] + exact.problem.B.shape
+    if len(sizes) != 4 or np.shape(states)[-1] != sizes[2] or np.shape(moves) != (*sizes[:2], sizes[3]):
+        raise ValueError(
+            "`tune_splitting(states=..., moves=...)` must be states (B, T, nx) and moves (B, T, nu), as `exact_loops` "
+            f"returns them; got the shapes {np.shape(states)} and {np.shape(moves)}."
+        )
     wanted = finite("tune_splitting(accuracy=...)", accuracy, low=1e-12, high=0.5)
     table, best = [], None
     for setting, numbers in _candidates(exact):

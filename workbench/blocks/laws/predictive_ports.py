@@ -1,0 +1,60 @@
+"""Ports of predictive laws: the estimate of a disturbance, the signals of a design, and the safe command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.contracts import AbstractPlant
+from workbench.core import Entry, Layout, Signals
+from workbench.core.units import ANY
+from workbench.core.validation.refusals import Array, finite, known_name
+
+DISTURBANCE = "d"
+LARGEST = 1e300
+
+
+def disturbance_port(count: int) -> Layout:
+    """The estimate d of constant disturbances, as an observer gives it and a law reads it."""
+    return Layout((Entry(DISTURBANCE, np.zeros(count), ANY),))
+
+
+def column(signals: Signals, port: Layout) -> ca.SX:
+    """The signals of a port as one column, (n, 1)."""
+    return port.flatten({name: ca.SX(signals[name]) for name in port.names})
+
+
+def all_finite(numbers: ca.SX) -> ca.SX:
+    """1 if all numbers (n, 1) are finite, else 0."""
+    known = ca.fabs(numbers) <= LARGEST  # false for NaN, too
+    count = ca.sum1(ca.if_else(known, 1.0, 0.0))
+    return count == numbers.numel()
+
+
+def refuse_other_signals(call: str, plant: AbstractPlant, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
+    """Refuse a design for other states or inputs than the plant's."""
+    for port, own in zip((plant.states, plant.inputs), names, strict=True):
+        if port.labels != own:
+            raise ValueError(
+                f"`{call}` must get a design for the plant's own signals, {', '.join(port.labels)}; it is for "
+                f"{', '.join(own)}."
+            )
+
+
+def safe_inputs(port: Layout, numbers: Mapping[str, object], safe: Mapping[str, float]) -> Array:
+    """The safe command (nu,) of inputs by name; one that is missing or passes a limit is refused."""
+    for name in safe:
+        known_name(name, port.labels, "inputs of the plant")
+    if missing := [name for name in port.labels if name not in safe]:
+        raise ValueError(f"`ModelPredictive.of(safe_command=...)` must name each input; '{missing[0]}' is missing.")
+    values = [finite(f"ModelPredictive.of(safe_command={{{name!r}: ...}})", safe[name]) for name in port.labels]
+    rest, low, high = (np.asarray(numbers[name], dtype=float) for name in ("u0", "low", "high"))
+    for i, (name, value) in enumerate(zip(port.labels, values, strict=True)):
+        if not low[i] <= value - rest[i] <= high[i]:
+            raise ValueError(
+                f"`ModelPredictive.of(safe_command=...)` must keep the limits of '{name}', {low[i] + rest[i]:g} and "
+                f"{high[i] + rest[i]:g}; got {value:g}."
+            )
+    return np.array(values)

@@ -1,0 +1,180 @@
+"""Sweeps of predictive laws in the graph: in a metric of diagonal and low rank, and by ADMM."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Protocol
+
+import casadi as ca
+
+from workbench.core.block import Matrix, Vector
+from workbench.core.bounded_loop import bounded_loop
+
+
+class SweepNumbers(Protocol):
+    """The numbers of a law that a sweep needs, as `ModelPredictive` declares them."""
+
+    @property
+    def horizon(self) -> int: ...
+    @property
+    def A(self) -> Matrix: ...
+    @property
+    def B(self) -> Matrix: ...
+    @property
+    def K(self) -> Matrix: ...
+    @property
+    def S(self) -> Matrix: ...
+    @property
+    def F(self) -> Matrix: ...
+    @property
+    def E(self) -> Matrix: ...
+    @property
+    def low(self) -> Vector: ...
+    @property
+    def high(self) -> Vector: ...
+    @property
+    def softness(self) -> Vector: ...
+    @property
+    def sigma(self) -> Vector: ...
+    @property
+    def W(self) -> Matrix: ...
+    @property
+    def L(self) -> Vector: ...
+    @property
+    def cap(self) -> float: ...
+    @property
+    def gains(self) -> Matrix: ...
+    @property
+    def inverses(self) -> Matrix: ...
+
+
+def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The next zeta (N nc, 1) by a step in the metric, and the residual of the one that came.
+
+    The passes are left out over stages at which nothing acts.
+    """
+    (_, nx), nc, N, r = law.K.shape, law.low.shape[0], law.horizon, law.L.shape[0]
+    rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
+    shares = _inverse_spans(law)
+
+    def back(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
+        p, above = c[:nx], c[nx]
+        v = ca.fmin(ca.fmax(own, law.low), law.high)
+        acts = ca.if_else(own == v, 0.0, 1 / law.sigma)
+        some = ca.if_else(_any(own != v), 1.0, above)
+        force = (own - v) / law.sigma
+        d = ca.if_else(some, law.S @ (law.B.T @ p + law.E.T @ force), 0.0)
+        before = ca.if_else(some, closed.T @ p + rows.T @ force, 0.0)
+        return ca.vertcat(before, some), d, v + law.softness * force, acts
+
+    first, moves, kept, acts = bounded_loop(N, back, ca.SX.zeros(nx + 1), zeta, backward=True)
+
+    def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
+        e, largest = c[:nx], c[nx]
+        gap = lqr - ca.if_else(some, rows @ e + law.E @ d, 0.0) - own
+        after = ca.if_else(some, closed @ e + law.B @ d, 0.0)
+        return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * shares))), gap
+
+    end, gap = bounded_loop(N, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],))
+    modes = (_by_stage(law.W, N),) if r else ()
+    t = (_solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)),) if r else ()
+
+    def without_modes(most: ca.SX, own: ca.SX, step: ca.SX, *modes: ca.SX) -> tuple[ca.SX, ...]:
+        step = step - ca.reshape(modes[0], nc, r) @ modes[1] if r else step
+        above = ca.if_else(own <= law.high, ca.fmax(own + step - law.high, 0.0), 0.0)  # it was not above before
+        below = ca.if_else(own >= law.low, ca.fmax(law.low - own - step, 0.0), 0.0)
+        return ca.fmax(most, ca.mmax(ca.fmax(above, below) * shares)), step
+
+    beyond, change = bounded_loop(N, without_modes, ca.SX(0.0), zeta, gap, *modes, constants=t)
+    scale = ca.fmin(1.0, law.cap / ca.fmax(beyond, law.cap))
+
+    def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:
+        return none, own + step * share
+
+    _, following = bounded_loop(N, take, ca.SX(0, 1), zeta, change, constants=(scale,))
+    return ca.vec(following), end[nx]
+
+
+def _active_sums(law: SweepNumbers, gap: ca.SX, acts: ca.SX, modes: ca.SX) -> tuple[list[tuple[int, int]], ca.SX]:
+    """W' diag W of the active rows by the places of its entries, and behind them W' diag gap.
+
+    A stage without an active row leaves the sums as they are.
+    """
+    nc, r = law.low.shape[0], law.L.shape[0]
+    places = [(i, j) for j in range(r) for i in range(j, r)]
+
+    def add(sums: ca.SX, own: ca.SX, active: ca.SX, W: ca.SX) -> tuple[ca.SX, ...]:
+        W = ca.reshape(W, nc, r)
+        weighted = W * ca.repmat(active, 1, r)
+        terms = [ca.dot(weighted[:, i], W[:, j]) for i, j in places] + [weighted[:, i].T @ own for i in range(r)]
+        return (ca.if_else(_any(active != 0.0), sums + ca.vertcat(*terms), sums),)
+
+    (sums,) = bounded_loop(law.horizon, add, ca.SX.zeros(len(places) + r), gap, acts, modes)
+    return places, sums
+
+
+def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The next zeta (N nc, 1), and the residual of the one that came, by a pass backward and one forward:
+
+    zeta <- zeta + cap (y - v),    v = clip(zeta),    y the rows of the plan of least cost near 2 v - zeta.
+    """
+    (nu, nx), N = law.K.shape, law.horizon
+    rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
+    pull = ca.SX(1.0) / (ca.SX(law.sigma) + ca.SX(law.softness))
+    give, shares = law.softness * pull, _inverse_spans(law)
+
+    def back(p: ca.SX, own: ca.SX, lqr: ca.SX, gain: ca.SX, inverse: ca.SX) -> tuple[ca.SX, ...]:
+        v = ca.fmin(ca.fmax(own, law.low), law.high)
+        aims = 2 * v - own - lqr
+        force = pull * aims
+        push = law.B.T @ p + law.E.T @ force
+        after = closed.T @ p + rows.T @ force - ca.reshape(gain, nu, nx).T @ push
+        return after, ca.reshape(inverse, nu, nu) @ push, v, aims
+
+    def forth(c: ca.SX, own: ca.SX, lqr: ca.SX, d: ca.SX, v: ca.SX, aims: ca.SX, gain: ca.SX) -> tuple[ca.SX, ...]:
+        e = c[:nx]
+        d = d - ca.reshape(gain, nu, nx) @ e
+        moved = rows @ e + law.E @ d
+        gap = lqr + moved + give * (aims - moved) - v
+        largest = ca.fmax(c[nx], ca.mmax(ca.fabs(gap) * shares))
+        return ca.vertcat(closed @ e + law.B @ d, largest), own + law.cap * gap
+
+    gains, inverses = (_by_stage(part, N) for part in (law.gains, law.inverses))
+    _, moves, kept, aims = bounded_loop(N, back, ca.SX.zeros(nx), zeta, answer, gains, inverses, backward=True)
+    end, following = bounded_loop(N, forth, ca.SX.zeros(nx + 1), zeta, answer, moves, kept, aims, gains)
+    return ca.vec(following), end[nx]
+
+
+def _by_stage(numbers: Matrix, horizon: int) -> ca.SX:
+    """Matrices below each other with those of a stage in a column."""
+    below = ca.SX(numbers)
+    return ca.horzcat(*(ca.vec(part) for part in ca.vertsplit(below, below.shape[0] // horizon)))
+
+
+def _inverse_spans(law: SweepNumbers) -> ca.SX:
+    """1 / (high - low) of the rows (nc, 1), zero where a limit is missing."""
+    return ca.SX(1.0) / (ca.SX(law.high) - ca.SX(law.low))
+
+
+def _any(truths: ca.SX) -> ca.SX:
+    """True if one of the truths (n, 1) holds."""
+    return reduce(ca.logic_or, ca.vertsplit(truths))
+
+
+def _solve_quasidefinite(L: Vector, places: list[tuple[int, int]], sums: ca.SX) -> ca.SX:
+    """t (r, 1) of (L^-1 + W' diag W) t = W' diag gap, by factors L D L' without pivots."""
+    r = L.shape[0]
+    G = {place: sums[i] for i, place in enumerate(places)}
+    t = [sums[len(places) + i] for i in range(r)]
+    for i in range(r):
+        G[i, i] += 1 / L[i]
+    for j in range(r):
+        column = {i: G[i, j] / G[j, j] for i in range(j + 1, r)}
+        for i in range(j + 1, r):
+            for k in range(j + 1, i + 1):
+                G[i, k] -= column[i] * G[k, j]
+            t[i] -= column[i] * t[j]
+        G.update({(i, j): value for i, value in column.items()})
+    for j in reversed(range(r)):
+        t[j] = t[j] / G[j, j] - sum((G[i, j] * t[i] for i in range(j + 1, r)), ca.SX(0.0))
+    return ca.vertcat(*t)
