@@ -52,7 +52,8 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
     price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
     return (
-        f"With gains along the plan, at least {100 * least:.0f} % of loops arrive. MPC is better than clipped LQR on "
+        f"Of perturbed loops with gains along a plan, {100 * least:.0f} % or more arrive. MPC is better than clipped "
+        "LQR on "
         f"{usual.count('below')} of {len(usual)} plants at usual limits, worse on {usual.count('above')}; at the "
         f"tightest on {tight.count('below')} and {tight.count('above')},{price}."
     )
