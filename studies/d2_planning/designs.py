@@ -100,28 +100,40 @@ def governed_regulator(problem: Problem, knobs: Knobs) -> GovernedRegulator:
     return law.run_every(problem.period)
 
 
-def predictive_design(problem: Problem, knobs: Knobs, sweeps: int = SWEEPS) -> wb.planning.PredictiveDesign:
-    """The design of the predictive law for the same quadratic cost, with as many modes and sweeps for all knobs."""
+def predictive_law(problem: Problem, knobs: Knobs, sweeps: int = SWEEPS) -> TargetPredictive:
+    """The predictive law for the same quadratic cost, with as many modes and sweeps for all knobs."""
     model, plant = linear_model(problem.key), problem.plant
     ends = (np.array(problem.low) - problem.u0, np.array(problem.high) - problem.u0)
-    names = (tuple(plant.states.labels), tuple(plant.inputs.labels))
-    own = wb.planning.mpc_problem(
-        model.A, model.B, *weights(problem, knobs), problem.stages, wb.planning.MpcLimits(inputs=ends), names=names
-    )
+    limits = wb.planning.MpcLimits(inputs=ends)
+    own = wb.planning.mpc_problem(model.A, model.B, *weights(problem, knobs), problem.stages, limits)
     numbers = wb.planning.splitting_numbers(own, sweeps=sweeps, modes=MODES)
-    return wb.planning.PredictiveDesign(*names, problem.period, own, numbers)
-
-
-def predictive(problem: Problem, knobs: Knobs) -> TargetPredictive:
-    """The predictive law about the rest of a reference."""
-    inner = wb.ModelPredictive.of(problem.plant, predictive_design(problem, knobs))
+    inner = wb.ModelPredictive(
+        plant.states,
+        plant.inputs,
+        own.horizon,
+        numbers.sweeps,
+        A=own.A,
+        B=own.B,
+        K=np.asarray(own.K),
+        S=wb.planning.recursion_numbers(own).inverse,
+        F=own.rows.F,
+        E=own.rows.E,
+        low=own.rows.low,
+        high=own.rows.high,
+        softness=own.rows.softness,
+        sigma=numbers.sigma[: own.rows.count],
+        W=numbers.W,
+        L=numbers.L,
+        cap=numbers.cap,
+        x0=np.zeros(plant.states.size),
+        u0=np.zeros(plant.inputs.size),
+    )
     return TargetPredictive(target_of(problem), inner).run_every(problem.period)
 
 
 def converged_law(problem: Problem, knobs: Knobs) -> TargetPredictive:
     """The same with so many sweeps that more would change nothing."""
-    inner = wb.ModelPredictive.of(problem.plant, predictive_design(problem, knobs, MANY_SWEEPS))
-    return TargetPredictive(target_of(problem), inner).run_every(problem.period)
+    return predictive_law(problem, knobs, MANY_SWEEPS)
 
 
 def computed_torque(problem: Problem, knobs: Knobs) -> wb.Controller:
@@ -157,7 +169,7 @@ def proposed_law(problem: Problem, knobs: Knobs) -> wb.Controller:
 LOAD = Knob("load", 0.1, 10.0)  # of the observer: how fast the disturbance is assumed to change
 INPUTS, RATES = Knob("inputs", 1e-3, 10.0), Knob("rates", 1e-3, 1.0)
 LAWS = (
-    Law("mpc", "MPC", (LOAD, INPUTS, RATES), ("law.K", "law.S", "law.sigma", "law.W", "law.L"), predictive, 0),
+    Law("mpc", "MPC", (LOAD, INPUTS, RATES), ("law.K", "law.S", "law.sigma", "law.W", "law.L"), predictive_law, 0),
     Law(
         "governor",
         "LQR + governor",

@@ -98,7 +98,7 @@ def limit_figure(evidence: Evidence) -> wb.document.Figure:
     return wb.document.Figure("limits", caption, tuple(panels), columns=3)
 
 
-COST, SHOWN = "median cost (multiple)", (0.5, 2.5)
+COST, SHOWN = "median cost (multiple)", (0.6, 2.1)
 LEVEL = "limit / usual limit"
 
 

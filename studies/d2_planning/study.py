@@ -10,11 +10,12 @@ from typing import Any
 
 import workbench as wb
 from studies.d2_planning import batches, conditions_section, findings, followed_section, followers, machine_section
-from studies.d2_planning.choices import choose, items
+from studies.d2_planning.choices import Item, choose, items
 from studies.d2_planning.evidence import Evidence, gather
 from studies.d2_planning.laws_section import cost_section, limits_section
-from studies.d2_planning.machine import cost_on_machine, costs_items
+from studies.d2_planning.machine import Cost, cost_on_machine, costs_items
 from studies.d2_planning.motions import MOTIONS, plan_motion
+from studies.d2_planning.problems import PROBLEMS
 
 
 def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
@@ -26,7 +27,7 @@ def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
     evidence, arrivals, costs = gather(results), followed_section.gather(results), machine_section.gather(results)
     return wb.Page(
-        answer(evidence, arrivals),
+        answer(evidence, arrivals, costs),
         (
             followed_section.finding(arrivals),
             findings.predictive(evidence),
@@ -44,18 +45,17 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def answer(evidence: Evidence, arrivals: followed_section.Arrivals) -> str:
+def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mapping[Item, Cost]) -> str:
     """The answer of the page in at most forty words."""
-    arrived = [arrivals.share(key, followers.ALONG).value for key in MOTIONS]
-    shares = "–".join(dict.fromkeys(f"{100 * share:.0f}" for share in (min(arrived), max(arrived))))
-    usual, tight = (
-        findings.verdict(findings.orders(evidence, places, "lqr")) for places in (findings.usual(), findings.tightest())
-    )
-    words = {findings.MPC: "MPC is better", findings.OTHER: "clipped LQR is better", findings.NEITHER: "neither leads"}
+    least = min(arrivals.share(key, followers.ALONG).value for key in MOTIONS)
+    usual, tight = (findings.orders(evidence, at, "lqr") for at in (findings.usual(), findings.tightest()))
+    ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
+    price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
     return (
-        f"Arrivals with gains along the plan, {shares} % of motions arrive. Tuned alike, of MPC and clipped LQR "
-        f"{words[usual]} at usual limits and {words[tight]} at tight ones, counting plants; computed torque or LQI "
-        "leads on the arm."
+        f"Of perturbed loops with gains along a plan, {100 * least:.0f} % or more arrive. MPC is better than clipped "
+        "LQR on "
+        f"{usual.count('below')} of {len(usual)} plants at usual limits, worse on {usual.count('above')}; at the "
+        f"tightest on {tight.count('below')} and {tight.count('above')},{price}."
     )
 
 
