@@ -1,5 +1,6 @@
 """A knob whose positions are designs, and the plans of a predictive law, in Python and on a live page."""
 
+import json
 import re
 
 import numpy as np
@@ -7,13 +8,17 @@ import pytest
 
 import workbench as wb
 from studies.performance.chromium import open_page
-from tests.report.test_loop_page import IDLE, data_of
 from tests.support.browsers import needs_chromium
 from tests.support.compilers import needs_llvmlite
 from workbench.report.live.loop_study import knobs_of, loop_study
 
+IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 PLANT, WEIGHTS, UNTIL = wb.CartPole(phi=0.1), (0.05, 0.1, 0.2), 1.0
 CART = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+
+
+def data_of(page):
+    return json.loads(re.search(r'<script type="application/json" id="live">(.*?)</script>', page.text, re.S)[1])
 
 
 def lqr_loop(weight):

@@ -57,7 +57,7 @@ def parameter(
     definite: Literal["", "semi", "positive"] = "",
     shape: tuple[str, ...] = (),
     symbol: str = "",
-    derived: bool = False,
+    is_derived: bool = False,
 ) -> Any:
     """A field of a block that is a parameter of its equations: a number, a vector or a matrix.
 
@@ -79,7 +79,7 @@ def parameter(
         Axes with the same letter have the same length. () is one number; ("*",) is one number or a vector.
     symbol
         The letter of the parameter in printed equations, as "K_p". The default is the name of the field.
-    derived
+    is_derived
         True for a number that a design computes together with others. It has no knob of its own on a page.
 
     Examples
@@ -91,7 +91,7 @@ def parameter(
     (100.0, 50.0)
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
-    return _quantity(default, Quantity(unit, bounds, shape, symbol, is_symbolic=True, is_derived=derived))
+    return _quantity(default, Quantity(unit, bounds, shape, symbol, is_symbolic=True, is_derived=is_derived))
 
 
 @check_arguments

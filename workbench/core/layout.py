@@ -24,10 +24,7 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Entry:
-    """One named quantity of a `Layout`, in the shape of its default value; `symbol` is its letter in equations.
-
-    A quantity that `is_derived` follows from a design, together with others.
-    """
+    """A quantity of a `Layout` in the shape of its default; `symbol` is its letter; a design gives one that `is_derived`."""
 
     name: str
     default: Array

@@ -45,7 +45,7 @@ class DesignKnob:
     ...     return wb.ClosedLoop(wb.DCMotor(), observer=wb.FullState.of(wb.DCMotor()), controller=law)
     >>> knob = wb.DesignKnob.of("weight of the voltage", np.geomspace(0.01, 1.0, 5), loop)
     >>> sorted(knob.numbers), knob.values.shape
-    (['controller.K[0]', 'controller.K[1]'], (5,))
+    (['controller.K[0,0]', 'controller.K[0,1]'], (5,))
     """
 
     name: str
@@ -73,6 +73,11 @@ class DesignKnob:
             If the values are no such list, a loop has other parameters than the first one, or no parameter differs.
         """
         return _knob_of(name, values, loop, unit)
+
+    def __repr__(self) -> str:
+        numbers, unit = len(self.numbers), "" if self.unit == "1" else f" {self.unit}"
+        ends = f"{self.low:.4g} to {self.high:.4g}{unit}"
+        return f"<DesignKnob '{self.name[:40]}': {len(self.values)} designs from {ends}, {numbers} numbers each>"
 
     @property
     def paths(self) -> tuple[str, ...]:

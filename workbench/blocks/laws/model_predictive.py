@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
 from workbench.blocks.laws.predictive_ports import (
     DISTURBANCE,
+    About,
     all_finite,
     column,
     disturbance_port,
@@ -101,28 +102,28 @@ class ModelPredictive(AbstractController):
     inputs: Layout
     horizon: int
     sweeps: int
-    A: Matrix = parameter(unit=ANY, shape=("nx", "nx"), derived=True)
-    B: Matrix = parameter(unit=ANY, shape=("nx", "nu"), derived=True)
-    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"), derived=True)
-    S: Matrix = parameter(unit=ANY, shape=("nu", "nu"), derived=True)
-    F: Matrix = parameter(unit=ANY, shape=("nc", "nx"), derived=True)
-    E: Matrix = parameter(unit=ANY, shape=("nc", "nu"), derived=True)
+    A: Matrix = parameter(unit=ANY, shape=("nx", "nx"), is_derived=True)
+    B: Matrix = parameter(unit=ANY, shape=("nx", "nu"), is_derived=True)
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"), is_derived=True)
+    S: Matrix = parameter(unit=ANY, shape=("nu", "nu"), is_derived=True)
+    F: Matrix = parameter(unit=ANY, shape=("nc", "nx"), is_derived=True)
+    E: Matrix = parameter(unit=ANY, shape=("nc", "nu"), is_derived=True)
     low: Vector = parameter(unit=ANY, shape=("nc",))
     high: Vector = parameter(unit=ANY, shape=("nc",))
-    softness: Vector = parameter(unit=ANY, shape=("nc",), derived=True)
-    sigma: Vector = parameter(unit=ANY, shape=("nc",), derived=True)
-    W: Matrix = parameter(unit=ANY, shape=("M", "r"), derived=True)
-    L: Vector = parameter(unit=ANY, shape=("r",), derived=True)
-    cap: float = parameter(unit="1", derived=True)
-    x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", derived=True)
-    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", derived=True)
+    softness: Vector = parameter(unit=ANY, shape=("nc",), is_derived=True)
+    sigma: Vector = parameter(unit=ANY, shape=("nc",), is_derived=True)
+    W: Matrix = parameter(unit=ANY, shape=("M", "r"), is_derived=True)
+    L: Vector = parameter(unit=ANY, shape=("r",), is_derived=True)
+    cap: float = parameter(unit="1", is_derived=True)
+    x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", is_derived=True)
+    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", is_derived=True)
     follow: tuple[str, ...] = ()
-    gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), derived=True)
-    inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), derived=True)
+    gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)
+    inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), is_derived=True)
     rates: bool = False
     outputs: Layout = Layout()
-    target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"), derived=True)
-    y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0", derived=True)
+    target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"), is_derived=True)
+    y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0", is_derived=True)
     residual_bounds: Bounds = Bounds()
     safe_command: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
 
@@ -233,39 +234,24 @@ class ModelPredictive(AbstractController):
         return following
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages.
-
-        All stages of the first number of a signal stand first. The input of the last stage is that of the stage before.
-        """
+        """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages."""
         _, nu, nc = self._counts
-        about = self._about(z, est, ref)
-        zeta, _ = self._solve(z, about)
-        first = ca.reshape(zeta, nc, self.horizon)[:nu, :]
+        about, stages = self._about(z, est, ref), self.horizon + 1
+        rows = ca.reshape(self._solve(z, about)[0], nc, self.horizon)
 
         def ahead(e: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
             v = ca.fmin(ca.fmax(row, self.low[:nu]), self.high[:nu])
             after = self.A @ (e - about.at) + self.B @ (v - about.push) + about.at
             return after, after, v
 
-        _, x, u = bounded_loop(self.horizon, ahead, about.e, first)
-        n = self.states.size
-        states = ca.horzcat(about.e, x)[:n, :] + ca.repmat(ca.SX(self.x0), 1, self.horizon + 1)
-        inputs = ca.horzcat(u, u[:, -1]) + ca.repmat(ca.SX(self.u0), 1, self.horizon + 1)
-        times = ca.SX(np.arange(self.horizon + 1) * (self.period or 1.0))
-        foreseen = {
-            f"predicted_{entry.name}": ca.vec(numbers[layout.slice(entry.name), :].T)
-            for layout, numbers in ((self.states, states), (self.inputs, inputs))
-            for entry in layout.entries
-        }
-        return {"predicted_t": times, **foreseen}
+        _, x, u = bounded_loop(self.horizon, ahead, about.e, rows[:nu, :])
+        states = ca.horzcat(about.e, x)[: self.states.size, :] + ca.repmat(ca.SX(self.x0), 1, stages)
+        inputs = ca.horzcat(u, u[:, -1]) + ca.repmat(ca.SX(self.u0), 1, stages)  # the last one is held
+        return predicted_signals(((self.states, states), (self.inputs, inputs)), self.period or 1.0)
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        units = {
-            f"predicted_{one.name}": ", ".join(dict.fromkeys(one.units))
-            for one in (*self.states.entries, *self.inputs.entries)
-        }
-        return {"predicted_t": "s", **units}
+        return predicted_units(self.states, self.inputs)
 
     def _about(self, z: Parts, est: Reads, ref: Follows) -> About:
         """The state, and the rest that is wanted; both at x0 where a number that is read is not finite."""
@@ -311,12 +297,3 @@ class ModelPredictive(AbstractController):
 
         (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
         return both[:-1], both[-1]
-
-
-class About(NamedTuple):
-    """The state e and the rest (at, push) that is wanted, as deviations, and 1 if all numbers read are finite."""
-
-    e: ca.SX
-    at: ca.SX
-    push: ca.SX
-    valid: ca.SX | None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -58,3 +59,12 @@ def safe_inputs(port: Layout, numbers: Mapping[str, object], safe: Mapping[str, 
                 f"{high[i] + rest[i]:g}; got {value:g}."
             )
     return np.array(values)
+
+
+class About(NamedTuple):
+    """The state e and the rest (at, push) that is wanted, as deviations, and 1 if all numbers read are finite."""
+
+    e: ca.SX
+    at: ca.SX
+    push: ca.SX
+    valid: ca.SX | None

@@ -170,17 +170,8 @@ def _loop(
     case, run = outcome.case, outcome.measurement.trajectories
     whole, half = whole_and_half(outcome)
     every = case.run.every or whole.h
-    wanted = sorted(
-        {
-            int(axis[1]) + j
-            for link in links
-            for axis in (link.x, link.y)
-            if axis[0] == "y"
-            for j in range(link.stages or 1)
-        }
-    )
-    metrics = outcome.measurement.metrics
-    drawing = outcome.ode.drawing
+    wanted = _wanted(links)
+    metrics, drawing = outcome.measurement.metrics, outcome.ode.drawing
     seen = ca.vertcat(whole.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, whole))
     places = [knob.places(whole) for knob in knobs]
     switched = may_switch(whole, run.p[0], [k for here in places for k in here if k < whole.parameters.size])
@@ -218,6 +209,12 @@ def _loop(
         return ("y", wanted.index(axis[1])) if isinstance(axis, tuple) and axis[0] == "y" else axis
 
     return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _wanted(links: Sequence[Curve]) -> list[int]:
+    """The places of the outputs that curves show, a plan at each of its stages."""
+    axes = [(axis[1], link.stages or 1) for link in links for axis in (link.x, link.y) if axis[0] == "y"]
+    return sorted({int(place) + j for place, stages in axes for j in range(stages)})
 
 
 def _has_finer(outcome: Outcome) -> bool:
