@@ -24,7 +24,7 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Entry:
-    """A quantity of a `Layout` in the shape of its default, with the letter `symbol`; designs give it if `is_derived`."""
+    """A quantity of a `Layout` in the shape of its default; `symbol` is its letter. One that `is_derived` is designed."""
 
     name: str
     default: Array
