@@ -24,7 +24,7 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Entry:
-    """A quantity of a `Layout` in the shape of its default; `symbol` is its letter. One that `is_derived` is designed."""
+    """A quantity of a `Layout`; `symbol` is its letter in equations, and one that `is_derived` comes from a design."""
 
     name: str
     default: Array
