@@ -15,7 +15,7 @@ from workbench.blocks.laws.predictive_ports import (
     refuse_other_signals,
     safe_inputs,
 )
-from workbench.blocks.laws.predictive_sweeps import admm_sweep, metric_sweep
+from workbench.blocks.laws.predictive_sweeps import admm_sweep, lqr_if_inside, metric_sweep
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -291,6 +291,8 @@ class ModelPredictive(AbstractController):
             return closed @ e, answer, own + answer
 
         _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
+        if self.gains is not None:
+            zeta = lqr_if_inside(self, answer, zeta)
 
         def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
             return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)

@@ -133,17 +133,11 @@ def offset_free(
     _refuse_hidden(problem.A, bd, c, cd)
     noise = 1e-6 * np.eye(nx) if process_noise is None else process_noise
     q = semidefinite("offset_free(process_noise=...)", "process_noise", noise, nx)
-    wide = np.zeros((nx + ny, nx + ny))
-    wide[:nx, :nx] = q
-    wide[nx:, nx:] = positive("offset_free(disturbance_noise=...)", disturbance_noise) * np.eye(ny)
-    grown = np.block([[problem.A, bd], [np.zeros((ny, nx)), np.eye(ny)]])
-    seen = np.hstack([c, cd])
-    v = positive("offset_free(reading_noise=...)", reading_noise) * np.eye(ny)
-    X = lqe(grown, np.eye(nx + ny), seen, wide, v, discrete=True).X
-    L = np.asarray(
-        np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T, dtype=float
-    )  # of the filter: K of the predictor is A L
-    poles = np.linalg.eigvals(grown - grown @ L @ seen)
+    variances = (
+        positive("offset_free(disturbance_noise=...)", disturbance_noise),
+        positive("offset_free(reading_noise=...)", reading_noise),
+    )
+    L, poles = _filter(problem, bd, np.hstack([c, cd]), q, variances)
     rows = list(range(ny) if follow is None else follow)
     return OffsetFree(problem.A, problem.B, c, bd, cd, L, _target(problem, bd, c[rows], cd[rows]), poles)
 
@@ -166,6 +160,21 @@ def limited_target(offset: OffsetFree, problem: LinearMpc, d: Numbers, r: Number
     gain, base = offset.C @ solve[:, :nu], offset.C @ solve[:, nu] + offset.Cd @ d
     u = np.asarray(lsq_linear(gain, r - base, (low, high)).x)
     return solve[:, :nu] @ u + solve[:, nu], u
+
+
+def _filter(
+    problem: LinearMpc, Bd: Array, seen: Array, q: Array, variances: tuple[float, float]
+) -> tuple[Array, Array]:
+    """The gain of the steady Kalman filter after a reading, and the poles of its error."""
+    nx, nd = Bd.shape
+    wide = np.zeros((nx + nd, nx + nd))
+    wide[:nx, :nx] = q
+    wide[nx:, nx:] = variances[0] * np.eye(nd)
+    grown, v = np.block([[problem.A, Bd], [np.zeros((nd, nx)), np.eye(nd)]]), variances[1] * np.eye(len(seen))
+    X = lqe(grown, np.eye(nx + nd), seen, wide, v, discrete=True).X
+    # of the filter: K of the predictor is A L
+    L = np.asarray(np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T, dtype=float)
+    return L, np.linalg.eigvals(grown - grown @ L @ seen)
 
 
 def _target(problem: LinearMpc, Bd: Array, C: Array, Cd: Array) -> Array:

@@ -31,6 +31,7 @@ from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_swe
 
 RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
 ROUNDING = 1e-6
+MOST_MODES = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,9 +153,9 @@ def predictive_design(
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
+    modes: int | None = None,
     accuracy: float = 1e-2,
     offset_free: tuple[str, ...] = (),
-    modes: int | None = None,
 ) -> PredictiveDesign:
     """Design a predictive law for a linearised plant that a computer controls once in a period.
 
@@ -165,26 +166,22 @@ def predictive_design(
     period, delay
         Of the computer and of its inputs, in s.
     Q, R, horizon
-        Weights of a period, (nx, nx) positive semidefinite and (nu, nu) positive definite; and the number of stages.
+        Weights of a period, (nx, nx) semidefinite and (nu, nu) positive definite, and the number of stages.
     limits, rate_limits
         Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
     soft_weight
         The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
-    sweeps, accuracy
-        The number of sweeps; by default the cheapest that errs by at most `accuracy`, in spans of an input's limits and
-        in the share of the cost, along a sample of closed loops of the exact law: sampled, not proved.
+    sweeps, modes, accuracy
+        The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
+        `accuracy`, in spans of an input and in cost, along a sample of closed loops of the exact law: not proved.
     offset_free
         Names of outputs that reach references under a constant disturbance or a wrong gain, by `OffsetFreeObserver`.
-    modes
-        The number of kept modes of the metric; by default it is chosen with the sweeps. Designs with equal numbers of
-        stages, sweeps and modes are laws of the same size, as a `DesignKnob` needs them.
 
     Raises
     ------
-    ValueError, LookupError
-        If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name.
-    DesignError
-        If no gain stabilises the plant, no number of sweeps is accurate enough, or a disturbance cannot be observed.
+    ValueError, LookupError, DesignError
+        If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name; if
+        no gain stabilises the plant, no number of sweeps is accurate enough, or a disturbance cannot be observed.
 
     Examples
     --------
@@ -210,5 +207,6 @@ def _sweeps(
     wanted = finite("predictive_design(accuracy=...)", accuracy, low=1e-9, high=0.5)
     count = None if sweeps is None else whole("predictive_design(sweeps=...)", sweeps, 1, 10_000, " of sweeps")
     exact = exact_mpc(problem)
-    kept = None if modes is None else whole("predictive_design(modes=...)", modes, 0, len(problem.low), " of modes")
-    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count, kept)
+    if modes is not None:
+        modes = whole("predictive_design(modes=...)", modes, 0, min(MOST_MODES, len(exact.numbers.low)), " of modes")
+    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count, modes)

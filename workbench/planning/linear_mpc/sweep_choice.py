@@ -83,7 +83,7 @@ def choose_sweeps(
 ) -> tuple[SplittingNumbers, SweepEvidence]:
     """The constants of the law with the fewest operations that is accurate enough along a sample.
 
-    With a number of sweeps, the constants of the candidate that errs the least; with a number of modes, metrics alone.
+    With a number of sweeps, the constants of the candidate that errs the least; with one of modes, of metrics.
 
     Raises
     ------
@@ -200,10 +200,10 @@ def _stage(exact: ExactMpc, x: Array, u: Array) -> Array:
     return np.asarray(cost + (over**2 / rows.softness[soft]).sum(axis=1))
 
 
-def _candidates(exact: ExactMpc, kept: int | None) -> Iterator[SplittingNumbers]:
-    """Metrics with several numbers of modes, and ADMM with several penalties; or the metric with `kept` modes."""
-    if kept is not None:
-        yield splitting_numbers(exact.problem, sweeps=1, modes=kept)
+def _candidates(exact: ExactMpc, only: int | None) -> Iterator[SplittingNumbers]:
+    """Metrics with several numbers of modes, and ADMM with several penalties; or the metric of one number of modes."""
+    if only is not None:
+        yield splitting_numbers(exact.problem, sweeps=1, modes=only)
         return
     own, nu = exact.numbers, exact.problem.B.shape[1]
     yield own
