@@ -166,9 +166,8 @@ def test_the_law_alone_swings_up_a_pole_from_any_start():
     rng = np.random.default_rng(3)
     starts = {"plant.phi": np.r_[np.pi, rng.uniform(-np.pi, np.pi, 15)], "plant.phid": rng.uniform(-3.0, 3.0, 16)}
     run = wb.simulate(loop.step(1), x0=loop.states.pack(starts), until=4.0)
-    ends = np.stack([run[name][:, -1, 0] for name in STATES])
-    assert np.abs(ends).max() < 1e-2
-    assert np.abs(run["F"]).max() == 10.0
+    assert np.abs(run.x[:, -1, :4]).max() < 1e-2
+    assert np.abs(run.x[:, :, run.step.states.slice("hold.F")]).max() == 10.0
 
 
 def test_a_planned_motion_is_followed_within_limits_that_its_feedback_passes():
@@ -186,7 +185,7 @@ def test_a_planned_motion_is_followed_within_limits_that_its_feedback_passes():
     ):
         loop = loop_of(law, reference, phi=np.pi).digital(PERIOD, limits)
         run = wb.simulate(loop.step(1), x0=loop.states.pack(starts), until=4.0)
-        misses[name] = np.abs(np.stack([run[name][:, -1, 0] for name in STATES])).max(axis=0) > 0.05
+        misses[name] = np.abs(run.x[:, -1, :4]).max(axis=1) > 0.05
     assert not misses["plans"].any()
     assert misses["feeds back"].any()
 
