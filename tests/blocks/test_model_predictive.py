@@ -56,10 +56,11 @@ def test_the_law_in_a_loop_is_the_splitting_in_numpy(options):
     assert np.abs(forces).max() == pytest.approx(3.0)  # the limit acts
 
 
-def test_where_no_limit_acts_the_law_is_lqr():
-    design = cart_design()
+@pytest.mark.parametrize("options", [{}, {"also": {"phi": (-0.1, 0.21)}}, {"rate_limits": {"F": (-0.8, 0.8)}}])
+def test_where_no_limit_acts_the_law_is_lqr(options):
+    design = cart_design(**options)
     x, forces = readings(run_of(design, phi=0.01, step=0.02))
-    linear = -(x - [0.02, 0, 0, 0]) @ np.ravel(design.problem.K)
+    linear = -(x - [0.02, 0, 0, 0]) @ np.ravel(design.problem.K)[:4]
     assert np.abs(forces[:-1]).max() < 3.0
     np.testing.assert_allclose(forces[:-1], linear[:-1], rtol=0, atol=1e-9)  # as the issue of the law asks
 

@@ -57,8 +57,8 @@ def test_without_an_estimate_of_the_disturbance_wrong_gains_leave_an_offset():
 
 
 def test_a_cart_on_a_slope_reaches_its_reference():
-    design, plant = cart_design(offset_free=("x",)), wb.CartPole()
-    slope = wb.DisturbedPlant(plant, by=wb.Constant("F", "N", -0.05))  # of 0.7 kg on 0.4 degrees
+    design, plant = cart_design(offset_free=("x",)), wb.CartPole(phi=0.02)
+    slope = wb.DisturbedPlant(plant, by=wb.Constant("F", "N", -0.3))  # of 0.7 kg on 2.5 degrees
     law, observer = wb.ModelPredictive.of(plant, design), wb.OffsetFreeObserver.of(plant, design)
     loop = wb.ClosedLoop(slope, observer=observer, controller=law, reference=wb.Step("x", "m", 0.1))
     run = wb.simulate(loop.digital(0.02).step(2), until=30.0)
@@ -114,6 +114,23 @@ def test_lost_readings_are_passed_over_by_the_observer():
     run = wb.simulate(loop.digital(0.1).step(4), until=10.0)
     assert not run.has_diverged.any()
     assert run.x[0, -1, 0] == pytest.approx(1.4, abs=1e-6)
+
+
+def test_a_reference_beyond_the_limits_winds_nothing_up():
+    plant, times = Basin(), []
+    model = wb.linearize(wb.open_loop(plant), 0.0, [1.0], u=[0.5], at_rest=True)
+    design = wb.predictive_design(model, 0.1, [[1.0]], [[0.1]], 10, limits={"w": (0.0, 1.0)}, offset_free=("h",))
+    for level in (1.9, 5.0):  # the highest level that the limit allows is 2
+        loop = wb.ClosedLoop(
+            plant,
+            observer=wb.OffsetFreeObserver.of(plant, design),
+            controller=wb.ModelPredictive.of(plant, design),
+            reference=wb.Step("h", "m", 1.0, time=15.0, start=level),
+        )
+        run = wb.simulate(loop.digital(0.1).step(4), until=30.0)
+        assert not run.has_diverged.any()
+        times.append(run.t[np.flatnonzero(np.abs(run["h"][0, :, 0] - 1.0) > 0.01)[-1]] - 15.0)
+    assert times[1] < times[0] + 0.3  # it starts 5 % higher, and comes down as fast
 
 
 @pytest.mark.parametrize(

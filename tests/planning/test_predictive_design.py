@@ -162,6 +162,7 @@ def test_an_output_keeps_the_limits_of_its_name():
         ({"rate_limits": {"F": (1.0, -1.0)}}, r"rate_limits={'F': ...}\)` must have its low end below"),
         ({"accuracy": 0.0}, r"accuracy=...\)` must be a finite number"),
         ({"sweeps": 0}, r"sweeps=...\)` must be a whole number"),
+        ({"modes": -1}, r"modes=...\)` must be a whole number"),
         ({"soft_weight": -1.0, "also": {"phi": (-0.1, 0.1)}}, r"soft_weight=...\)` must be a weight above zero"),
         ({"offset_free": ("theta",)}, r"There is no 'theta' among"),
         ({"offset_free": ("x", "x")}, r"names of outputs, each once"),
@@ -196,3 +197,11 @@ def test_sweeps_that_are_given_take_the_best_constants_for_their_number():
     few, many = (design(rate_limits={"F": (-1.0, 1.0)}, sweeps=count) for count in (3, 40))
     assert (few.numbers.sweeps, many.numbers.sweeps) == (3, 40)
     assert many.evidence.largest_error < few.evidence.largest_error
+
+
+def test_designs_with_equal_sweeps_and_modes_are_laws_of_one_size():
+    shapes = set()
+    for weight in (1.0, 10.0):
+        one = design(Q=np.diag([weight, 1.0, 10.0, 1.0]), sweeps=5, modes=2)
+        shapes.add((one.numbers.sweeps, one.numbers.W.shape, one.numbers.method))
+    assert shapes == {(5, (20, 2), "metric")}

@@ -14,7 +14,7 @@ from workbench.blocks.laws.predictive_ports import (
     refuse_other_signals,
     safe_inputs,
 )
-from workbench.blocks.laws.predictive_sweeps import admm_sweep, metric_sweep
+from workbench.blocks.laws.predictive_sweeps import admm_sweep, lqr_if_inside, metric_sweep
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -73,8 +73,8 @@ class ModelPredictive(AbstractController):
     rates
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
     outputs, target, y0
-        Layout of the outputs that reach their references without offset, the map (nx + nu, nd + ny) from d and
-        y_ref - y0 to the rest (x_s, u_s), and the outputs (ny,) at the rest x0; None without an estimate of d.
+        Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
+        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
     residual_bounds
         The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
     safe_command
@@ -178,7 +178,8 @@ class ModelPredictive(AbstractController):
 
     @property
     def reads(self) -> Layout:
-        return self.states if self.target is None else self.states + disturbance_port(self.outputs.size)
+        disturbances = 0 if self.target is None else self.target.shape[1] - self.outputs.size
+        return self.states + disturbance_port(disturbances) if disturbances else self.states
 
     @property
     def follows(self) -> Layout:
@@ -269,6 +270,8 @@ class ModelPredictive(AbstractController):
             return closed @ e, answer, own + answer
 
         _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
+        if self.gains is not None:
+            zeta = lqr_if_inside(self, answer, zeta)
 
         def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
             return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)

@@ -147,6 +147,19 @@ def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca
     return ca.vec(following), end[nx]
 
 
+def lqr_if_inside(law: SweepNumbers, answer: ca.SX, zeta: ca.SX) -> ca.SX:
+    """The LQR answer (nc, N) where all its rows keep their limits, as it is the optimum then, and else zeta."""
+
+    def count(outside: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
+        return (ca.if_else(_any(ca.logic_or(lqr < law.low, lqr > law.high)), 1.0, outside),)
+
+    def choose(none: ca.SX, lqr: ca.SX, own: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
+        return none, ca.if_else(outside, own, lqr)
+
+    (outside,) = bounded_loop(law.horizon, count, ca.SX(0.0), answer)
+    return bounded_loop(law.horizon, choose, ca.SX(0, 1), answer, zeta, constants=(outside,))[1]
+
+
 def _by_stage(numbers: Matrix, horizon: int) -> ca.SX:
     """Matrices below each other with those of a stage in a column."""
     below = ca.SX(numbers)

@@ -15,6 +15,7 @@ Borrelli and Morari 2009). The augmented model is observable exactly if (A, C) i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -45,7 +46,7 @@ class OffsetFree:
     L
         (nx + nd, ny), the gain of the estimate after a reading.
     target
-        (nx + nu, nd + ny), the map from (d, r) to (x_s, u_s).
+        (nx + nu, nd + nr), the map from (d, r) to (x_s, u_s).
     poles
         (nx + nd,), those of the observer's error.
     """
@@ -74,9 +75,10 @@ class OffsetFree:
         return np.concatenate([self.A @ x + self.B @ u + self.Bd @ d, d])
 
     def target_of(self, d: Numbers, r: Numbers) -> tuple[Array, Array]:
-        """The target x_s (nx,), u_s (nu,) for a disturbance d (nd,) and a reference r (ny,)."""
+        """The target x_s (nx,), u_s (nu,) for a disturbance d (nd,) and a reference r (nr,)."""
         d = finite_vector("OffsetFree.target_of(d=...)", d, self.Bd.shape[1], "disturbances")
-        r = finite_vector("OffsetFree.target_of(r=...)", r, len(self.C), "references")
+        references = self.target.shape[1] - self.Bd.shape[1]
+        r = finite_vector("OffsetFree.target_of(r=...)", r, references, "references")
         both = self.target @ np.concatenate([d, r])
         return both[: len(self.A)], both[len(self.A) :]
 
@@ -91,16 +93,19 @@ def offset_free(
     process_noise: Numbers | None = None,
     disturbance_noise: float = 1e-2,
     reading_noise: float = 1e-4,
+    follow: tuple[int, ...] | None = None,
 ) -> OffsetFree:
     """The observer and the target selector of a problem whose outputs C x follow a reference without offset.
 
     Parameters
     ----------
     C
-        (ny, nx).
+        (ny, nx), of the outputs that are read.
     Bd, Cd
-        (nx, ny) and (ny, ny), how the disturbances act. By default they act as the first ny inputs; where that
-        cannot be observed, on the outputs, or else on the rows of the first ny states that can be.
+        (nx, ny) and (ny, ny), how the disturbances act. By default they act as the first ny inputs, or as all inputs
+        and on some outputs; where that cannot be observed, on the outputs, or else on the rows of ny states.
+    follow
+        The places of the outputs that follow a reference (nr,); all by default. The target is then for these.
     process_noise
         (nx, nx), the covariance of a period's noise on the states; 1e-6 of the identity by default.
     disturbance_noise, reading_noise
@@ -128,18 +133,13 @@ def offset_free(
     _refuse_hidden(problem.A, bd, c, cd)
     noise = 1e-6 * np.eye(nx) if process_noise is None else process_noise
     q = semidefinite("offset_free(process_noise=...)", "process_noise", noise, nx)
-    wide = np.zeros((nx + ny, nx + ny))
-    wide[:nx, :nx] = q
-    wide[nx:, nx:] = positive("offset_free(disturbance_noise=...)", disturbance_noise) * np.eye(ny)
-    grown = np.block([[problem.A, bd], [np.zeros((ny, nx)), np.eye(ny)]])
-    seen = np.hstack([c, cd])
-    v = positive("offset_free(reading_noise=...)", reading_noise) * np.eye(ny)
-    X = lqe(grown, np.eye(nx + ny), seen, wide, v, discrete=True).X
-    L = np.asarray(
-        np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T, dtype=float
-    )  # of the filter: K of the predictor is A L
-    poles = np.linalg.eigvals(grown - grown @ L @ seen)
-    return OffsetFree(problem.A, problem.B, c, bd, cd, L, _target(problem, bd, c, cd), poles)
+    variances = (
+        positive("offset_free(disturbance_noise=...)", disturbance_noise),
+        positive("offset_free(reading_noise=...)", reading_noise),
+    )
+    L, poles = _filter(problem, bd, np.hstack([c, cd]), q, variances)
+    rows = list(range(ny) if follow is None else follow)
+    return OffsetFree(problem.A, problem.B, c, bd, cd, L, _target(problem, bd, c[rows], cd[rows]), poles)
 
 
 @check_arguments
@@ -162,12 +162,27 @@ def limited_target(offset: OffsetFree, problem: LinearMpc, d: Numbers, r: Number
     return solve[:, :nu] @ u + solve[:, nu], u
 
 
+def _filter(
+    problem: LinearMpc, Bd: Array, seen: Array, q: Array, variances: tuple[float, float]
+) -> tuple[Array, Array]:
+    """The gain of the steady Kalman filter after a reading, and the poles of its error."""
+    nx, nd = Bd.shape
+    wide = np.zeros((nx + nd, nx + nd))
+    wide[:nx, :nx] = q
+    wide[nx:, nx:] = variances[0] * np.eye(nd)
+    grown, v = np.block([[problem.A, Bd], [np.zeros((nd, nx)), np.eye(nd)]]), variances[1] * np.eye(len(seen))
+    X = lqe(grown, np.eye(nx + nd), seen, wide, v, discrete=True).X
+    # of the filter: K of the predictor is A L
+    L = np.asarray(np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T, dtype=float)
+    return L, np.linalg.eigvals(grown - grown @ L @ seen)
+
+
 def _target(problem: LinearMpc, Bd: Array, C: Array, Cd: Array) -> Array:
     """The map from (d, r) to the target of least u'R u."""
     nx, nu = problem.B.shape
-    ny = len(C)
+    ny, nd = len(C), Bd.shape[1]
     system = np.block([[problem.A - np.eye(nx), problem.B], [C, np.zeros((ny, nu))]])
-    right = np.block([[-Bd, np.zeros((nx, ny))], [-Cd, np.eye(ny)]])
+    right = np.block([[-Bd, np.zeros((nx, ny))], [-Cd.reshape(ny, nd), np.eye(ny)]])
     any_answer, _, rank, sizes = np.linalg.lstsq(system, right, rcond=RANK)
     if np.abs(system @ any_answer - right).max() > 1e-9 * max(1.0, float(np.abs(right).max()), float(sizes[0])):
         raise DesignError(
@@ -187,6 +202,9 @@ def _disturbances(problem: LinearMpc, C: Array, Bd: Numbers | None, Cd: Numbers 
     (nx, nu), ny = problem.B.shape, len(C)
     if Bd is None and Cd is None:
         usual = [(problem.B[:, :ny], np.zeros((ny, ny)))] if nu >= ny else []
+        for rows in combinations(range(ny), ny - nu) if nu < ny else ():  # all inputs, and some outputs
+            both = np.hstack([problem.B, np.zeros((nx, ny - nu))]), np.hstack([np.zeros((ny, nu)), np.eye(ny)[:, rows]])
+            usual.append(both)
         usual.append((np.zeros((nx, ny)), np.eye(ny)))
         usual += [(np.eye(nx)[:, i : i + ny], np.zeros((ny, ny))) for i in range(nx - ny + 1)]
         visible = [pair for pair in usual if _least_share(problem.A, C, *pair) > RANK]

@@ -21,32 +21,37 @@ OF_DISTURBANCE = 1e-4  # of a change of the disturbance, that of a reading: fast
 
 
 class OutputPoint(NamedTuple):
-    """The names of outputs that are followed, and their values y0 (ny,) at the rest."""
+    """The names of the outputs that are followed and of those that are read, and the values of both at the rest."""
 
     names: tuple[str, ...]
     y0: Array
+    readings: tuple[str, ...]
+    readings_y0: Array
 
 
 def offset_design(
     system: System, problem: LinearMpc, period: float, delay: float, names: tuple[str, ...]
 ) -> tuple[OffsetFree, OutputPoint]:
-    """The numbers of observer and target for the outputs of `names`.
+    """The numbers of observer and target for the outputs of `names`; the observer reads all outputs.
 
     An observer of a loop is told the input that acts, so that whole periods of a delay are no states of its model. A
     part of a period is one, whose input it knows. The target is for the states of the problem.
     """
     if len(set(names)) < len(names):
         raise refusal("predictive_design(offset_free=...)", "names of outputs, each once", names)
-    C, _ = output_map("predictive_design(offset_free=...)", system, names)
+    call = "predictive_design(offset_free=...)"
+    output_map(call, system, names)
+    readings = tuple(
+        name for name, row in zip(system.output_labels, np.asarray(system.D), strict=True) if not row.any()
+    )
+    C, _ = output_map(call, system, readings)
     A, B = np.asarray(system.A), np.asarray(system.B)
     (nx, nu), ny = B.shape, len(C)
-    Q, R = problem.Q[:nx, :nx], problem.R
+    Q, R, follow = problem.Q[:nx, :nx], problem.R, tuple(readings.index(name) for name in names)
     phi, gamma = delayed_zoh(A, B, period, 0.0)[:2]
-    own = offset_free(mpc_problem(phi, gamma, Q, R, 1, MpcLimits()), C, disturbance_noise=OF_DISTURBANCE)
-    places = [list(system.output_labels).index(name) for name in names]
-    point = getattr(system, "point", None)
-    outputs = OutputPoint(tuple(names), point.y0[places] if isinstance(point, OperatingPoint) else np.zeros(ny))
-    target = own.target
+    plain = mpc_problem(phi, gamma, Q, R, 1, MpcLimits())
+    own = offset_free(plain, C, disturbance_noise=OF_DISTURBANCE, follow=follow)
+    target, past = own.target, (len(problem.A) - nx) // nu
     phi, new, old, _ = delayed_zoh(A, B, period, delay)
     if old.any():
         late = mpc_problem(
@@ -59,8 +64,10 @@ def offset_design(
         )
         noise = np.zeros((nx + nu, nx + nu))
         noise[:nx, :nx] = NOISE * np.eye(nx)
-        Bd = np.vstack([own.Bd, np.zeros((nu, ny))])
-        wide, how = np.hstack([C, np.zeros((ny, nu))]), OF_DISTURBANCE
-        own = offset_free(late, wide, Bd=Bd, Cd=own.Cd, process_noise=noise, disturbance_noise=how)
-    past = (len(problem.A) - nx) // nu
-    return replace(own, target=np.vstack([target[:nx], *[target[nx:]] * (past + 1)])), outputs
+        Bd, wide, how = np.vstack([own.Bd, np.zeros((nu, ny))]), np.hstack([C, np.zeros((ny, nu))]), OF_DISTURBANCE
+        own = offset_free(late, wide, Bd=Bd, Cd=own.Cd, process_noise=noise, disturbance_noise=how, follow=follow)
+    point = getattr(system, "point", None)
+    places = [list(system.output_labels).index(name) for name in readings]
+    y0 = point.y0[places] if isinstance(point, OperatingPoint) else np.zeros(ny)
+    target = np.vstack([target[:nx], *[target[nx:]] * (past + 1)])
+    return replace(own, target=target), OutputPoint(tuple(names), y0[list(follow)], readings, y0)

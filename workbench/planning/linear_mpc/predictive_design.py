@@ -31,6 +31,7 @@ from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_swe
 
 RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
 ROUNDING = 1e-6
+MOST_MODES = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ class PredictiveDesign:
         nx = len(self.states)
         return {
             "names": (self.states, self.inputs),
-            "output_names": outputs.names,
+            "output_names": outputs.readings,
             "period": self.period,
             "A": own.A,
             "B": own.B,
@@ -134,7 +135,7 @@ class PredictiveDesign:
             "L": own.L,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(len(self.inputs)) if self.problem.u0 is None else self.problem.u0,
-            "y0": outputs.y0,
+            "y0": outputs.readings_y0,
         }
 
 
@@ -152,6 +153,7 @@ def predictive_design(
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
+    modes: int | None = None,
     accuracy: float = 1e-2,
     offset_free: tuple[str, ...] = (),
 ) -> PredictiveDesign:
@@ -164,23 +166,22 @@ def predictive_design(
     period, delay
         Of the computer and of its inputs, in s.
     Q, R, horizon
-        Weights of a period, (nx, nx) positive semidefinite and (nu, nu) positive definite; and the number of stages.
+        Weights of a period, (nx, nx) semidefinite and (nu, nu) positive definite, and the number of stages.
     limits, rate_limits
         Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
     soft_weight
         The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
-    sweeps, accuracy
-        The number of sweeps; by default the cheapest that errs by at most `accuracy`, in spans of an input's limits and
-        in the share of the cost, along a sample of closed loops of the exact law: sampled, not proved.
+    sweeps, modes, accuracy
+        The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
+        `accuracy`, in spans of an input and in cost, along a sample of closed loops of the exact law: not proved.
     offset_free
         Names of outputs that reach references under a constant disturbance or a wrong gain, by `OffsetFreeObserver`.
 
     Raises
     ------
-    ValueError, LookupError
-        If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name.
-    DesignError
-        If no gain stabilises the plant, no number of sweeps is accurate enough, or a disturbance cannot be observed.
+    ValueError, LookupError, DesignError
+        If an argument is out of its range, limits cross or exclude the rest, or the plant has no signal of a name; if
+        no gain stabilises the plant, no number of sweeps is accurate enough, or a disturbance cannot be observed.
 
     Examples
     --------
@@ -194,16 +195,18 @@ def predictive_design(
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
     refuse_rest(problem)
     follows = offset_design(system, problem, float(period), float(delay), offset_free) if offset_free else (None, None)
-    numbers, evidence = _sweeps(problem, len(names[0]), accuracy, sweeps)
+    numbers, evidence = _sweeps(problem, len(names[0]), accuracy, sweeps, modes)
     claims = law_claims(problem, numbers, evidence)
     return PredictiveDesign(*names, float(period), problem, numbers, evidence, claims, *follows)
 
 
 def _sweeps(
-    problem: LinearMpc, plant_states: int, accuracy: float, sweeps: int | None
+    problem: LinearMpc, plant_states: int, accuracy: float, sweeps: int | None, modes: int | None
 ) -> tuple[SplittingNumbers, SweepEvidence]:
     """The constants of the law, and the sample from which they follow."""
     wanted = finite("predictive_design(accuracy=...)", accuracy, low=1e-9, high=0.5)
     count = None if sweeps is None else whole("predictive_design(sweeps=...)", sweeps, 1, 10_000, " of sweeps")
     exact = exact_mpc(problem)
-    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count)
+    if modes is not None:
+        modes = whole("predictive_design(modes=...)", modes, 0, min(MOST_MODES, len(exact.numbers.low)), " of modes")
+    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count, modes)

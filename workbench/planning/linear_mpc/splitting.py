@@ -158,6 +158,9 @@ def solve_period(
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
     lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
+    if numbers.method == ADMM:  # which forgets a plan slowly; within all limits the LQR answer is the optimum
+        is_inside = ((lqr >= numbers.low) & (lqr <= numbers.high)).all(axis=-1, keepdims=True)
+        zeta = np.where(is_inside, lqr, zeta)
     for _ in range(count):
         zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]

@@ -80,11 +80,11 @@ class SweepEvidence:
 
 
 def choose_sweeps(
-    exact: ExactMpc, sample: LimitSample, accuracy: float, count: int | None = None
+    exact: ExactMpc, sample: LimitSample, accuracy: float, count: int | None = None, modes: int | None = None
 ) -> tuple[SplittingNumbers, SweepEvidence]:
     """The constants of the law with the fewest operations that is accurate enough along a sample.
 
-    With a number of sweeps, the constants of the candidate that errs the least.
+    With a number of sweeps, the constants of the candidate that errs the least; with one of modes, of metrics.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def choose_sweeps(
     alone = exact.problem.rows.count == exact.problem.B.shape[1]  # limits on inputs
     trials = [
         (alone and one.method != METRIC, operation_count(one).period, i, one)
-        for i, numbers in enumerate(_candidates(exact))
+        for i, numbers in enumerate(_candidates(exact, modes))
         for one in (replace(numbers, sweeps=sweeps) for sweeps in (SWEEPS if count is None else (count,)))
     ]
     least: tuple[float, SplittingNumbers] = (np.inf, exact.numbers)
@@ -202,8 +202,11 @@ def _stage(exact: ExactMpc, x: Array, u: Array) -> Array:
     return np.asarray(cost + (over**2 / rows.softness[soft]).sum(axis=1))
 
 
-def _candidates(exact: ExactMpc) -> Iterator[SplittingNumbers]:
-    """Metrics with several numbers of modes, and ADMM with several penalties."""
+def _candidates(exact: ExactMpc, only: int | None) -> Iterator[SplittingNumbers]:
+    """Metrics with several numbers of modes, and ADMM with several penalties; or the metric of one number of modes."""
+    if only is not None:
+        yield splitting_numbers(exact.problem, sweeps=1, modes=only)
+        return
     own, nu = exact.numbers, exact.problem.B.shape[1]
     yield own
     for modes in MODES:
