@@ -4,7 +4,8 @@ The spectrum of D bounds a sweep once the active rows are right, and says nothin
 each candidate runs along a sample of closed loops of the exact law with starts and steps (`limit_sample`), with its own
 memory and the sweeps of any other period also in the first. Candidates are metrics with several numbers of modes, and
 ADMM with several penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend
-on each other. They are tried in the order of their operations. The first whose largest error of a move is within the
+on each other. They are tried in the order of their operations, and ADMM behind all metrics where limits are on inputs
+alone: a metric leaves out the stages at which nothing acts. The first whose largest error of a move is within the
 accuracy is taken. This is sampled, not proved.
 """
 
@@ -90,13 +91,14 @@ def choose_sweeps(
     DesignError
         If no number of sweeps of a candidate is accurate enough.
     """
+    alone = exact.problem.rows.count == exact.problem.B.shape[1]  # limits on inputs
     trials = [
-        (operation_count(replace(numbers, sweeps=sweeps)).period, i, replace(numbers, sweeps=sweeps))
+        (alone and one.method != METRIC, operation_count(one).period, i, one)
         for i, numbers in enumerate(_candidates(exact, modes))
-        for sweeps in (SWEEPS if count is None else (count,))
+        for one in (replace(numbers, sweeps=sweeps) for sweeps in (SWEEPS if count is None else (count,)))
     ]
     least: tuple[float, SplittingNumbers] = (np.inf, exact.numbers)
-    for done, (_, _, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:2])):
+    for done, (*_, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:3])):
         largest = float(errors_along(numbers, sample, stop=max(accuracy, min(least[0], 1.0)))[0].max())
         if largest <= accuracy and count is None and _own_loops(exact, numbers, sample)[0] <= accuracy:
             return numbers, evidence(exact, numbers, sample, accuracy, done)
