@@ -103,7 +103,7 @@ def shorter(ratio: float) -> str:
 
 
 def excitation(evidence: Evidence) -> wb.Finding:
-    """The worth of an optimal excitation beside the log under the law."""
+    """The worth of a designed excitation beside the log under the law."""
     ratios, plan = error_ratios(evidence), evidence.designed_log.plan
     spreads = (
         of_output_errors(evidence.law_repeats[BASE.name]).spread

@@ -55,14 +55,15 @@ study = wb.Study(
     title="The paper's arm, identified from its own logs",
     question=(
         "An arm has friction, and other masses and lengths than the paper states. What does a log under the "
-        "paper's law tell of it, what does an optimal excitation tell, what can no log tell, and what does it cost not "
+        "paper's law tell of it, what does a designed excitation tell, what can no log tell, and what does it cost not "
         "to have known?"
     ),
     method=(
         f"{introduction(10, 34, rivals=False)} The arm is simulated under AOSMC-RGS in a computer with a period of "
         f"{1e3 * PERIOD:g} ms and coarse encoders, for {SPAN:g} s. Its numbers are fitted by output errors with exact "
-        "sensitivities. For the arm that is found, an excitation is designed within limits, run, and fitted. Both logs "
-        f"are repeated {REPEATED} times with new noise, and {FEW} times under each of {len(ODD)} other conditions. A "
+        "sensitivities. For the arm that is found, an excitation is designed within limits, a local optimum from one "
+        f"start. It is run, and its log is fitted. Both logs are repeated {REPEATED} times with "
+        f"new noise, and {FEW} times under each of {len(ODD)} other conditions. A "
         f"regression of the torques with {len(CUTOFFS)} filters stands beside the fits. Then three laws are made for "
         "the arm of the paper, for those of the logs and for the true one, and run on the true arm and on arms that "
         f"the logs allow, with {DRAWS} draws each. Limits on margins, damping and overshoot are checked on these arms."

@@ -257,7 +257,7 @@ class Fit:
             said.append(f"An estimate lies on its bound, where its interval does not hold: {', '.join(at)}.")
         if not self.certificate.is_passed:
             said.append(self.certificate.refusal)
-        if self.end.agreeing < self.end.starts:
+        if self.end.agreeing == 1 < self.end.starts - 1:  # one of two tells no more than one alone
             said.append(f"{self.end.agreeing} of {self.end.starts} searches ended in the best minimum.")
         return (*said, *self.remarks)
 

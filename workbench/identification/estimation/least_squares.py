@@ -20,6 +20,10 @@ NEAR = (
 UNBOUNDED = 1e150  # a bound so large is none, as SciPy squares distances to bounds
 
 
+class NoSlopesError(ArithmeticError):
+    """A derivative that is no number, at a trial whose residuals are numbers."""
+
+
 class Minimum(NamedTuple):
     """The end of a search: the numbers z (nz,), half the sum of squares, and how many runs it took."""
 
@@ -47,7 +51,10 @@ def least_squares(
     tolerance: float = TOLERANCE,
     rounds: int = MOST_ROUNDS,
 ) -> Minimum | None:
-    """The nearest minimum from a start (nz,) by a trust region; None if there are no residuals at the start."""
+    """The nearest minimum from a start (nz,) by a trust region.
+
+    None if there are no residuals at the start, or no derivatives where a step of the search arrived.
+    """
     size = np.where(start == 0, 1.0, np.abs(start))
     low = np.where(low > -UNBOUNDED, low, -np.inf)
     high = np.where(high < UNBOUNDED, high, np.inf)
@@ -55,18 +62,21 @@ def least_squares(
     runs = LinearisedRuns(residuals, linearize, size)
     if not np.isfinite(runs.values(inner / size)).all():
         return None
-    with np.errstate(all="ignore"):  # of trials far away, where a run grows beyond all numbers
-        end = optimize.least_squares(
-            runs.values,
-            inner / size,
-            runs.slopes,
-            bounds=(low / size, high / size),
-            x_scale="jac",
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=tolerance,
-            max_nfev=rounds,
-        )
+    try:
+        with np.errstate(all="ignore"):  # of trials far away, where a run grows beyond all numbers
+            end = optimize.least_squares(
+                runs.values,
+                inner / size,
+                runs.slopes,
+                bounds=(low / size, high / size),
+                x_scale="jac",
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=tolerance,
+                max_nfev=rounds,
+            )
+    except NoSlopesError:
+        return None
     return Minimum(end.x * size, float(end.cost), int(end.nfev), REASONS[int(end.status)])
 
 
@@ -92,10 +102,19 @@ class LinearisedRuns:
         return self._run[1]
 
     def slopes(self, q: Array) -> Array:
-        """The derivatives (M, nz)."""
+        """The derivatives (M, nz).
+
+        Raises
+        ------
+        NoSlopesError
+            If one of them is no number.
+        """
         if self._linear is None or not _is_near(q, self._linear[0]):
             r, J = self.linearize(q * self.size)
-            self._linear = q.copy(), r, J * self.size
+            J = J * self.size
+            if not (np.isfinite(r).all() and np.isfinite(J).all()):
+                raise NoSlopesError
+            self._linear = q.copy(), r, J
         return self._linear[2]
 
 

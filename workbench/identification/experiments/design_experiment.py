@@ -11,6 +11,7 @@ from workbench.core.equations import Loop
 from workbench.core.validation.refusals import one_of, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import one_thread
 from workbench.identification.estimation.fit_system import start_values
 from workbench.identification.estimation.input_record import HOLDS
 from workbench.identification.estimation.system_equations import continuous_system
@@ -24,6 +25,7 @@ ROUNDS = 10  # of the last search
 
 
 @check_arguments
+@one_thread()
 def design_experiment(
     system: Ode | SampledSystem | Loop,
     free: Sequence[str],
