@@ -129,8 +129,8 @@ def case_rows(about: str, case: PredictiveCase, effort: Effort, peers: tuple[Pre
     if not len(loops.starts):
         return tuple(Row(row_name(about, peer), peer.bar, note="no start is hard enough") for peer in peers)
     few = loops.starts.part(slice(effort.peer_loops))
-    exact = case.costs(exact_runs(case, few))
-    loss = 100 * (float(loops.cost[: len(few)].sum() / exact.sum()) - 1)
+    exact = case.costs(exact_runs(case, few.part(slice(effort.exact_loops))))
+    loss = 100 * (float(loops.cost[: len(exact)].sum() / exact.sum()) - 1)
     here = [peer for peer in peers if peer.is_installed]
     runs = {peer.name: peer_runs(case, few, peer.solver) for peer in here}
     solvers = {peer.name: peer.solver(case.design.problem) for peer in here}
@@ -153,7 +153,7 @@ def case_rows(about: str, case: PredictiveCase, effort: Effort, peers: tuple[Pre
         "%",
         at_most=True,
         note=f"{loops.words}. A period with the plant takes {1e6 * own:.3f} us of CPU, with "
-        f"{case.design.numbers.sweeps} sweeps; {bits}. The cost is that of {len(few)} loops; each move of the exact "
+        f"{case.design.numbers.sweeps} sweeps; {bits}. The cost is that of {len(exact)} loops; each move of the exact "
         f"law has a certificate",
     )
     times = {peer.name: median(turn[1][i] for turn in turns) / runs[peer.name].F.size for i, peer in enumerate(here)}
@@ -183,10 +183,10 @@ def peer_row(
 ) -> Row:
     """The row of a peer from `times` of a period, its own and ours in s."""
     theirs, ours = times
-    cost = 100 * (float(case.costs(runs).sum() / exact.sum()) - 1)
+    cost = 100 * (float(case.costs(runs)[: len(exact)].sum() / exact.sum()) - 1)
     note = (
         f"{1e6 * theirs:.2f} us of CPU for a solution from Python, without the plant, along {len(runs.F)} loops of its "
-        f"own, whose cost is {cost:.2g} % over the exact law"
+        f"own; the cost of the first {len(exact)} is {cost:.2g} % over the exact law"
     )
     if peer.package == "daqp" and case.soft_weight is None:
         clock = float(np.min([daqp_clock(case.design.problem, along(runs)) for _ in range(5)], axis=0).mean())

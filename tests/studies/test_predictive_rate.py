@@ -12,7 +12,7 @@ from studies.performance.measurements import Effort
 from studies.performance.predictive_loops import PERIOD, PredictiveCase, Starts
 from studies.performance.predictive_rate import INPUTS, SOFT_WEIGHT, STATES, hard_loops, same_bits
 
-SMALL = Effort(horizon=2.0, repetitions=1, loops=8, peer_loops=2)
+SMALL = Effort(horizon=2.0, repetitions=1, loops=8, peer_loops=3, exact_loops=2)
 CASES = (PredictiveCase(INPUTS, None, 60), PredictiveCase(STATES, SOFT_WEIGHT, 60))
 
 
