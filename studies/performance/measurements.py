@@ -34,8 +34,8 @@ class Effort:
     `runs` are those in one call of ours, `batch` in one whose steps a pilot chooses, `samples` behind a median error,
     `sizes` where the rate shall be flat, `fallback` in NumPy, `many` where memory is looked at; `fine` is the step of
     the reference in s, `links` are those of the arms that are compiled. Frequency answers are those of `draws`, and of
-    `peer_draws` by a peer. Predictive laws run `loops`, of which `exact_loops` are compared with
-    the exact law, and `peer_loops` are run by a peer.
+    `peer_draws` by a peer. Predictive laws run `loops`; peers run
+    the first `peer_loops`, and the exact law the first `exact_loops`.
     """
 
     horizon: float = HORIZON
@@ -53,8 +53,8 @@ class Effort:
     draws: int = 1000
     peer_draws: int = 100
     loops: int = 10_000
-    exact_loops: int = 500
     peer_loops: int = 20
+    exact_loops: int = 6
 
 
 @dataclass(frozen=True)

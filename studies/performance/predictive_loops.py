@@ -23,13 +23,12 @@ FALLEN = 1.0  # rad, from which no force within the limits brings the pole back
 class Runs(NamedTuple):
     """The errors e (B, periods, 4) at the begin of each period, and the forces F (B, periods).
 
-    `last` are the states (B, nx) at the end, and `residuals` (B,) the largest ones that the law reported.
+    `last` are the states (B, nx) at the end.
     """
 
     e: wb.Array
     F: wb.Array
     last: wb.Array
-    residuals: wb.Array
 
     @property
     def is_lost(self) -> wb.Array:
@@ -123,10 +122,7 @@ class PredictiveCase:
         e = x[:, :-1, :4].copy()
         e[:, :, 0] -= self.references(starts)
         F = x[:, 1:, step.states.slice("hold.F")][:, :, 0]
-        residuals = np.zeros(len(e))
-        if "controller.residual" in step.states.names:
-            residuals = x[:, 1:, step.states.slice("controller.residual")].max(axis=(1, 2))
-        return Runs(e, F, x[:, -1], residuals)
+        return Runs(e, F, x[:, -1])
 
     def ends(self, step: wb.core.StepMap, starts: Starts) -> wb.Array:
         """The states (B, nx) at the end of some loops, with nothing kept before."""

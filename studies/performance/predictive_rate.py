@@ -6,7 +6,7 @@ loop of Python: the steps of the plant are no part of its time, and are a part o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from statistics import median
 
@@ -24,7 +24,6 @@ WITH_STATES = PredictivePeer("DAQP", "daqp", 8.0, daqp)
 SEED = 37
 SPARE = 1.2  # starts that are drawn for each one that is wanted
 AT_ONCE = 500  # loops whose states are kept at the same time
-SURE = 60  # sweeps of the law that stands for the exact one
 LEAST_ACTIVE, LEAST_EXCESS = 0.2, 0.05  # of the periods, and of the cost under clipped LQR
 MOST_LOSS = 0.1  # %, of the cost under the exact law
 
@@ -77,32 +76,32 @@ def hard_loops(case: PredictiveCase, count: int) -> HardLoops:
         part = slice(first, first + AT_ONCE)
         runs, clipped = case.run(case.step, drawn.part(part)), case.run(case.clipped_step, drawn.part(part))
         cost[part], active[part], ends[part] = case.costs(runs), case.active(runs), runs.last
-        excess[part] = np.where(runs.is_lost, np.inf, case.costs(clipped) / cost[part] - 1)
+        own = np.where(runs.is_lost, 1.0, cost[part])
+        excess[part] = np.where(runs.is_lost, np.inf, case.costs(clipped) / own - 1)
     is_hard = (active >= LEAST_ACTIVE) & (excess >= LEAST_EXCESS)
     kept = np.flatnonzero(is_hard)[:count]
     return HardLoops(case, drawn.part(kept), ends[kept], cost[kept], active[kept], excess[kept], float(is_hard.mean()))
 
 
-def exact_costs(case: PredictiveCase, starts: Starts) -> tuple[wb.Array, float]:
-    """The costs (B,) under the exact law, by many sweeps, and the largest residual that they leave."""
-    exact = PredictiveCase(case.limits, case.soft_weight, case.periods, SURE)
-    runs = exact.run(exact.step, starts)
-    return exact.costs(runs), float(runs.residuals.max())
+def exact_runs(case: PredictiveCase, starts: Starts) -> Runs:
+    """Closed loops under the exact law, each move of which has a certificate."""
+    exact = case.design.exact
+    return peer_runs(case, starts, lambda problem: lambda x: np.array([exact.first_move(row)[0] for row in x]))
 
 
-def peer_runs(case: PredictiveCase, starts: Starts, peer: PredictivePeer) -> Runs:
-    """Closed loops under a peer, with a solver for each loop and the plant by one step of RK4 in each period."""
+def peer_runs(case: PredictiveCase, starts: Starts, solver: Callable[[wb.planning.LinearMpc], Solver]) -> Runs:
+    """Closed loops with a solver for each loop and the plant by one step of RK4 in each period."""
     plant = wb.rk4(wb.open_loop(case.plant), PERIOD)
-    solvers: list[Solver] = [peer.solver(case.design.problem) for _ in range(len(starts))]
+    solvers = [solver(case.design.problem) for _ in range(len(starts))]
     references, x = case.references(starts), starts.states.copy()
     e, F = np.empty((len(starts), case.periods, 4)), np.empty((len(starts), case.periods))
     for k in range(case.periods):
         e[:, k] = x
         e[:, k, 0] -= references[:, k]
-        F[:, k] = [solver(row)[0] for solver, row in zip(solvers, e[:, k : k + 1], strict=True)]
+        F[:, k] = [move(row)[0] for move, row in zip(solvers, e[:, k : k + 1], strict=True)]
         p = plant.parameters.pack({"F": F[:, k]})
         x = wb.simulate(plant, p, x, until=PERIOD).x[:, -1]
-    return Runs(e, F, x, np.zeros(len(x)))
+    return Runs(e, F, x)
 
 
 def same_bits(loops: HardLoops, many: wb.Array) -> bool:
@@ -129,11 +128,11 @@ def case_rows(about: str, case: PredictiveCase, effort: Effort, peers: tuple[Pre
     loops = hard_loops(case, effort.loops)
     if not len(loops.starts):
         return tuple(Row(row_name(about, peer), peer.bar, note="no start is hard enough") for peer in peers)
-    exact, residual = exact_costs(case, loops.starts.part(slice(effort.exact_loops)))
+    few = loops.starts.part(slice(effort.peer_loops))
+    exact = case.costs(exact_runs(case, few.part(slice(effort.exact_loops))))
     loss = 100 * (float(loops.cost[: len(exact)].sum() / exact.sum()) - 1)
-    few = loops.starts.part(slice(min(effort.peer_loops, len(exact))))
     here = [peer for peer in peers if peer.is_installed]
-    runs = {peer.name: peer_runs(case, few, peer) for peer in here}
+    runs = {peer.name: peer_runs(case, few, peer.solver) for peer in here}
     solvers = {peer.name: peer.solver(case.design.problem) for peer in here}
     many: list[wb.Array] = []
 
@@ -154,8 +153,8 @@ def case_rows(about: str, case: PredictiveCase, effort: Effort, peers: tuple[Pre
         "%",
         at_most=True,
         note=f"{loops.words}. A period with the plant takes {1e6 * own:.3f} us of CPU, with "
-        f"{case.design.numbers.sweeps} sweeps; {bits}. The cost is that of {len(exact)} loops; the exact law has "
-        f"{SURE} sweeps, and a residual up to {residual:.0e} spans",
+        f"{case.design.numbers.sweeps} sweeps; {bits}. The cost is that of {len(exact)} loops; each move of the exact "
+        f"law has a certificate",
     )
     times = {peer.name: median(turn[1][i] for turn in turns) / runs[peer.name].F.size for i, peer in enumerate(here)}
     return (
@@ -184,10 +183,10 @@ def peer_row(
 ) -> Row:
     """The row of a peer from `times` of a period, its own and ours in s."""
     theirs, ours = times
-    cost = 100 * (float(case.costs(runs).sum() / exact[: len(runs.F)].sum()) - 1)
+    cost = 100 * (float(case.costs(runs)[: len(exact)].sum() / exact.sum()) - 1)
     note = (
         f"{1e6 * theirs:.2f} us of CPU for a solution from Python, without the plant, along {len(runs.F)} loops of its "
-        f"own, whose cost is {cost:.2g} % over the exact law"
+        f"own; the cost of the first {len(exact)} is {cost:.2g} % over the exact law"
     )
     if peer.package == "daqp" and case.soft_weight is None:
         clock = float(np.min([daqp_clock(case.design.problem, along(runs)) for _ in range(5)], axis=0).mean())

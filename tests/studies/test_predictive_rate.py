@@ -12,7 +12,7 @@ from studies.performance.measurements import Effort
 from studies.performance.predictive_loops import PERIOD, PredictiveCase, Starts
 from studies.performance.predictive_rate import INPUTS, SOFT_WEIGHT, STATES, hard_loops, same_bits
 
-SMALL = Effort(horizon=2.0, repetitions=1, loops=8, exact_loops=4, peer_loops=2)
+SMALL = Effort(horizon=2.0, repetitions=1, loops=8, peer_loops=3, exact_loops=2)
 CASES = (PredictiveCase(INPUTS, None, 60), PredictiveCase(STATES, SOFT_WEIGHT, 60))
 
 
@@ -62,16 +62,12 @@ def test_a_loop_whose_pole_falls_costs_infinitely_much():
     assert np.isinf(case.costs(case.run(case.step, start))).all()
 
 
-def test_a_peer_in_closed_loop_is_held_against_the_same_plant():
-    """The law itself in the place of a peer ends where its own loop ends."""
+def test_the_exact_law_and_peers_run_the_plant_of_the_law():
+    """The law of many sweeps ends where the exact law does."""
     (case, _) = CASES
-    exact = case.design.exact
-    peer = predictive_peers.PredictivePeer(
-        "exact", "numpy", 1.0, lambda problem: lambda x: np.array([exact.first_move(row)[0] for row in x])
-    )
     starts = Starts.draw(2, 4)
     own = replace(case, sweeps=60)
-    expected, runs = own.run(own.step, starts), predictive_rate.peer_runs(case, starts, peer)
+    expected, runs = own.run(own.step, starts), predictive_rate.exact_runs(case, starts)
     np.testing.assert_allclose(runs.F, expected.F, rtol=0, atol=1e-6)  # N: what the sweeps and the polish leave, grown
     assert runs.e.shape == (2, 60, 4)
     assert case.periods * PERIOD == pytest.approx(1.2)
