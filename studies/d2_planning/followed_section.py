@@ -202,11 +202,11 @@ def section(runs: Arrivals) -> wb.Section:
         "Each motion is planned for the model, and followed by a computer with a period of 10 ms, whose command acts a "
         "period late. It reads positions alone, with noise and in steps, and an extended Kalman filter gives the "
         f"velocities. Behind the plan its end is held for {REST:g} s. The first way to follow has gains along the "
-        f"plan, those of the time-varying LQR. The second, '{CAUGHT}', feeds the input forward and closes the loop with the "
-        f"gain of the end in the last tenth of the plan. The third has this gain throughout. The fourth, '{FORWARD}', "
-        f"has no feedback. Where these lose most loops, at the {MOTIONS[HARDEST[0]].name} with numbers off by up to "
-        f"{100 * HARDEST[1]:g} %, a nonlinear predictive law with the same weights previews {STAGES} periods of the "
-        f"plan: {FEW_LOOPS} {nonlinear_words(runs)}."
+        f"plan, those of the time-varying LQR. The second, '{CAUGHT}', feeds the input forward and closes the loop "
+        "with the gain of the end in the last tenth of the plan. The third has this gain throughout. The fourth, "
+        f"'{FORWARD}', has no feedback. Where these lose most loops, at the {MOTIONS[HARDEST[0]].name} with numbers "
+        f"off by up to {100 * HARDEST[1]:g} %, a nonlinear predictive law with the same weights previews {STAGES} "
+        f"periods of the plan: {FEW_LOOPS} {nonlinear_words(runs)}."
     )
     blocks = (wb.Paragraph(words), plan_figure(runs), share_figure(runs), plan_table(runs))
     return wb.Section("Planned and followed", blocks)

@@ -53,9 +53,8 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
     return (
         f"Of perturbed loops with gains along a plan, {100 * least:.0f} % or more arrive. MPC is better than clipped "
-        "LQR on "
-        f"{usual.count('below')} of {len(usual)} plants at usual limits, worse on {usual.count('above')}; at the "
-        f"tightest on {tight.count('below')} and {tight.count('above')},{price}."
+        f"LQR on {usual.count('below')} of {len(usual)} plants at usual limits, worse on {usual.count('above')}; at "
+        f"the tightest on {tight.count('below')} and {tight.count('above')},{price}."
     )
 
 
