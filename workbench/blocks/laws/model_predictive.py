@@ -291,11 +291,11 @@ class ModelPredictive(AbstractController):
             return closed @ e, answer, own + answer
 
         _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
-        if self.gains is not None:
-            zeta = lqr_if_inside(self, answer, zeta)
+        zeta, outside = lqr_if_inside(self, answer, zeta)
 
-        def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
-            return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)
+        def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
+            after = ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr))
+            return (ca.if_else(outside, after, both),)
 
-        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
+        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer, outside))
         return both[:-1], both[-1]

@@ -158,11 +158,11 @@ def solve_period(
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
     lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
-    if numbers.method == ADMM:  # which forgets a plan slowly; within all limits the LQR answer is the optimum
-        is_inside = ((lqr >= numbers.low) & (lqr <= numbers.high)).all(axis=-1, keepdims=True)
-        zeta = np.where(is_inside, lqr, zeta)
+    is_outside = ((lqr < numbers.low) | (lqr > numbers.high)).any(axis=-1)
+    zeta = np.where(is_outside[..., None], zeta, lqr)  # within all limits the LQR answer is the optimum
     for _ in range(count):
-        zeta, residual = sweep(numbers, lqr, zeta)
+        after, now = sweep(numbers, lqr, zeta)
+        zeta, residual = np.where(is_outside[..., None], after, zeta), np.where(is_outside, now, residual)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
     if numbers.rates:
