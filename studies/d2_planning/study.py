@@ -51,10 +51,11 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     usual, tight = (findings.orders(evidence, at, "lqr") for at in (findings.usual(), findings.tightest()))
     ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
     price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
+    share = "all" if least == 1 else f"at least {100 * least:.0f} % of"
     return (
-        f"Of perturbed loops with gains along a plan, {100 * least:.0f} % or more arrive. MPC is better than clipped "
-        f"LQR on {usual.count('below')} of {len(usual)} plants at usual limits, worse on {usual.count('above')}; at "
-        f"the tightest on {tight.count('below')} and {tight.count('above')},{price}."
+        f"With gains along the plan, {share} perturbed loops arrive. MPC is better than clipped LQR on "
+        f"{usual.count('below')} of {len(usual)} plants at usual limits, on {tight.count('below')} at the tightest "
+        f"(worse on {usual.count('above')} and {tight.count('above')}),{price}."
     )
 
 
