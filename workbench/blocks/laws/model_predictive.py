@@ -291,11 +291,10 @@ class ModelPredictive(AbstractController):
             return closed @ e, answer, own + answer
 
         _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
-        zeta, outside = lqr_if_inside(self, answer, zeta)
+        zeta = lqr_if_inside(self, answer, zeta)  # which sweeps leave as it is
 
-        def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-            after = ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr))
-            return (ca.if_else(outside, after, both),)
+        def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
+            return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)
 
-        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer, outside))
+        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
         return both[:-1], both[-1]

@@ -147,11 +147,8 @@ def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca
     return ca.vec(following), end[nx]
 
 
-def lqr_if_inside(law: SweepNumbers, answer: ca.SX, zeta: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """The LQR answer (nc, N) where all its rows keep their limits, as it is the optimum then, and else zeta.
-
-    Behind it stands 1 if a row passes a limit, and else 0.
-    """
+def lqr_if_inside(law: SweepNumbers, answer: ca.SX, zeta: ca.SX) -> ca.SX:
+    """The LQR answer (nc, N) where all its rows keep their limits, as it is the optimum then, and else zeta."""
 
     def count(outside: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
         return (ca.if_else(_any(ca.logic_or(lqr < law.low, lqr > law.high)), 1.0, outside),)
@@ -160,7 +157,7 @@ def lqr_if_inside(law: SweepNumbers, answer: ca.SX, zeta: ca.SX) -> tuple[ca.SX,
         return none, ca.if_else(outside, own, lqr)
 
     (outside,) = bounded_loop(law.horizon, count, ca.SX(0.0), answer)
-    return bounded_loop(law.horizon, choose, ca.SX(0, 1), answer, zeta, constants=(outside,))[1], outside
+    return bounded_loop(law.horizon, choose, ca.SX(0, 1), answer, zeta, constants=(outside,))[1]
 
 
 def _by_stage(numbers: Matrix, horizon: int) -> ca.SX:

@@ -161,8 +161,7 @@ def solve_period(
     is_outside = ((lqr < numbers.low) | (lqr > numbers.high)).any(axis=-1)
     zeta = np.where(is_outside[..., None], zeta, lqr)  # within all limits the LQR answer is the optimum
     for _ in range(count):
-        after, now = sweep(numbers, lqr, zeta)
-        zeta, residual = np.where(is_outside[..., None], after, zeta), np.where(is_outside, now, residual)
+        zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
     if numbers.rates:
