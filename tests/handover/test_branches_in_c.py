@@ -113,7 +113,7 @@ def test_what_acts_nowhere_is_left_out_of_a_predictive_law():
     sums = re.search(r"const bool (w_\d+) = w_\d+ != 0\.0;\n +if \(\1\) \{\n(.*?)\n +\}\n", source, re.DOTALL)
     assert " else " not in sums[2]  # a stage at which no row acts leaves the sums as they are
     assert "A call makes at most " in source
-    assert len(branches(source)) == 4  # back, forth, sums and the small system
+    assert len(branches(source)) == 5  # back, forth, sums, the small system, and the plan of the next period
 
 
 def test_numbers_of_a_table_and_the_memory_are_not_copied():

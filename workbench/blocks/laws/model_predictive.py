@@ -15,7 +15,7 @@ from workbench.blocks.laws.predictive_ports import (
     refuse_other_signals,
     safe_inputs,
 )
-from workbench.blocks.laws.predictive_sweeps import admm_sweep, lqr_if_inside, metric_sweep
+from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -211,22 +211,23 @@ class ModelPredictive(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         about = self._about(z, est, ref)
-        return Signals(self.inputs.view(self.u0 + self._first_input(self._solve(z, about)[0], about)))
+        return Signals(self.inputs.view(self.u0 + self._first_input(self._solve(z, about), about)))
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the next period about its LQR answer, the inputs on their way, and the residual."""
         about, nc = self._about(z, est, ref), self._counts[2]
-        zeta, residual = self._solve(z, about)
+        answer = self._solve(z, about)
+        zeta = answer.zeta
         e, at, push, valid = about
-        v, shifted = self._first_input(zeta, about), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
+        v, shifted = self._first_input(answer, about), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
         after = self.A @ (e - at) + self.B @ (v - push)
         rows, closed, rest = self.F - self.E @ self.K, self.A - self.B @ self.K, self.F @ at + self.E @ push
 
-        def about_lqr(e: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
-            return closed @ e, row - rows @ e - rest
+        def about_lqr(e: ca.SX, row: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
+            return ca.if_else(outside, closed @ e, e), ca.if_else(outside, row - rows @ e - rest, 0.0)
 
-        _, plan = bounded_loop(self.horizon, about_lqr, after, shifted)
-        following = {"plan": ca.vec(plan), "residual": residual, "worst": ca.fmax(z["worst"], residual)}
+        _, plan = bounded_loop(self.horizon, about_lqr, after, shifted, constants=(answer.outside,))
+        following = {"plan": ca.vec(plan), "residual": answer.residual, "worst": ca.fmax(z["worst"], answer.residual)}
         if valid is not None:
             following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}
         if self._waiting:
@@ -237,14 +238,15 @@ class ModelPredictive(AbstractController):
         """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages."""
         _, nu, nc = self._counts
         about, stages = self._about(z, est, ref), self.horizon + 1
-        rows = ca.reshape(self._solve(z, about)[0], nc, self.horizon)
+        answer = self._solve(z, about)
+        rows = ca.reshape(answer.zeta, nc, self.horizon)[:nu, :], answer.lqr[:nu, :]
 
-        def ahead(e: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
-            v = ca.fmin(ca.fmax(row, self.low[:nu]), self.high[:nu])
+        def ahead(e: ca.SX, row: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
+            v = ca.fmin(ca.fmax(ca.if_else(outside, row, lqr), self.low[:nu]), self.high[:nu])
             after = self.A @ (e - about.at) + self.B @ (v - about.push) + about.at
             return after, after, v
 
-        _, x, u = bounded_loop(self.horizon, ahead, about.e, rows[:nu, :])
+        _, x, u = bounded_loop(self.horizon, ahead, about.e, *rows, constants=(answer.outside,))
         states = ca.horzcat(about.e, x)[: self.states.size, :] + ca.repmat(ca.SX(self.x0), 1, stages)
         inputs = ca.horzcat(u, u[:, -1]) + ca.repmat(ca.SX(self.u0), 1, stages)  # the last one is held
         return predicted_signals(((self.states, states), (self.inputs, inputs)), self.period or 1.0)
@@ -272,29 +274,15 @@ class ModelPredictive(AbstractController):
         e = x - self.x0
         return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
-    def _first_input(self, zeta: ca.SX, about: About) -> ca.SX:
+    def _first_input(self, answer: PeriodAnswer, about: About) -> ca.SX:
         """The first input of the plan within its limits, and within those of its change from the input before."""
         nu, last = self.inputs.size, about.e[-self.inputs.size :]
-        v = ca.fmin(ca.fmax(zeta[:nu], self.low[:nu]), self.high[:nu])
+        zeta = ca.if_else(answer.outside, answer.zeta[:nu], answer.lqr[:nu, 0])
+        v = ca.fmin(ca.fmax(zeta, self.low[:nu]), self.high[:nu])
         if self.rates:
             v = ca.fmin(ca.fmax(v, last + self.low[-nu:]), last + self.high[-nu:])
         return v if about.valid is None else ca.if_else(about.valid, v, self.safe_command - self.u0)
 
-    def _solve(self, z: Parts, about: About) -> tuple[ca.SX, ca.SX]:
-        """zeta (N nc, 1) of the rows after the sweeps, and the residual before the last one."""
-        nc, e, at = self._counts[2], about.e, about.at
-        rows, closed, rest = self.F - self.E @ self.K, self.A - self.B @ self.K, self.F @ at + self.E @ about.push
-        one = metric_sweep if self.gains is None else admm_sweep
-
-        def start(e: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
-            answer = rows @ e + rest
-            return closed @ e, answer, own + answer
-
-        _, answer, zeta = bounded_loop(self.horizon, start, e - at, ca.reshape(z["plan"], nc, self.horizon))
-        zeta = lqr_if_inside(self, answer, zeta)  # which sweeps leave as it is
-
-        def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
-            return (ca.vertcat(*one(self, ca.reshape(both[:-1], nc, self.horizon), lqr)),)
-
-        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
-        return both[:-1], both[-1]
+    def _solve(self, z: Parts, about: About) -> PeriodAnswer:
+        rest = self.F @ about.at + self.E @ about.push
+        return answer_of_period(self, ca.reshape(z["plan"], -1, self.horizon), about.e - about.at, rest)

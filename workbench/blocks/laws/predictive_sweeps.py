@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import casadi as ca
 
@@ -16,6 +16,8 @@ class SweepNumbers(Protocol):
 
     @property
     def horizon(self) -> int: ...
+    @property
+    def sweeps(self) -> int: ...
     @property
     def A(self) -> Matrix: ...
     @property
@@ -46,6 +48,36 @@ class SweepNumbers(Protocol):
     def gains(self) -> Matrix: ...
     @property
     def inverses(self) -> Matrix: ...
+
+
+class PeriodAnswer(NamedTuple):
+    """The answer of a period: zeta (N nc, 1) of the sweeps and their residual, and the rows (nc, N) of LQR.
+
+    `outside` is 1 if a row of LQR passes a limit. Else the answer is that of LQR, which is the optimum then.
+    """
+
+    zeta: ca.SX
+    lqr: ca.SX
+    residual: ca.SX
+    outside: ca.SX
+
+
+def answer_of_period(law: SweepNumbers, plan: ca.SX, e: ca.SX, rest: ca.SX) -> PeriodAnswer:
+    """The answer at a state e (nx, 1), from the plan (nc, N) of the period before and the rows (nc, 1) of the rest."""
+    nx, rows, closed = e.numel(), law.F - law.E @ law.K, law.A - law.B @ law.K
+    one = metric_sweep if law.gains is None else admm_sweep
+
+    def start(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
+        answer = rows @ c[:nx] + rest
+        passes = ca.logic_or(answer < law.low, answer > law.high)
+        return ca.vertcat(closed @ c[:nx], ca.fmax(c[nx], ca.mmax(passes))), answer, own + answer
+
+    def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
+        return (ca.if_else(outside, ca.vertcat(*one(law, ca.reshape(both[:-1], *plan.shape), lqr)), both),)
+
+    end, lqr, zeta = bounded_loop(law.horizon, start, ca.vertcat(e, 0.0), plan)
+    (both,) = bounded_loop(law.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(lqr, end[nx]))
+    return PeriodAnswer(both[:-1], lqr, both[-1], end[nx])
 
 
 def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -145,19 +177,6 @@ def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca
     _, moves, kept, aims = bounded_loop(N, back, ca.SX.zeros(nx), zeta, answer, gains, inverses, backward=True)
     end, following = bounded_loop(N, forth, ca.SX.zeros(nx + 1), zeta, answer, moves, kept, aims, gains)
     return ca.vec(following), end[nx]
-
-
-def lqr_if_inside(law: SweepNumbers, answer: ca.SX, zeta: ca.SX) -> ca.SX:
-    """The LQR answer (nc, N) where all its rows keep their limits, as it is the optimum then, and else zeta."""
-
-    def count(outside: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
-        return (ca.if_else(_any(ca.logic_or(lqr < law.low, lqr > law.high)), 1.0, outside),)
-
-    def choose(none: ca.SX, lqr: ca.SX, own: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-        return none, ca.if_else(outside, own, lqr)
-
-    (outside,) = bounded_loop(law.horizon, count, ca.SX(0.0), answer)
-    return bounded_loop(law.horizon, choose, ca.SX(0, 1), answer, zeta, constants=(outside,))[1]
 
 
 def _by_stage(numbers: Matrix, horizon: int) -> ca.SX:

@@ -9,10 +9,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from workbench.engine.kernel.graph import ARRAYS, Graph
+from workbench.engine.kernel.graph import Graph
 from workbench.engine.machines.operations import OPERATIONS
 
 LEAST = 6  # operations that a branch may save, beside one for each of its choices
+MANY = 100  # times as many of a loop that it saves
 CHOICE = "if_else"
 
 
@@ -79,7 +80,7 @@ def _branches(graph: Graph, next_carried: Sequence[int]) -> Iterator[Branch]:
         if taken.isdisjoint(choices):
             branch = _branch(graph, users, choices, next_carried, taken)
             inside = {i for part in branch.inside for i in part}
-            saved = sum(graph.nodes[i].op in OPERATIONS for i in inside)
+            saved = sum(LEAST * MANY if graph.nodes[i].loop else graph.nodes[i].op in OPERATIONS for i in inside)
             if saved >= LEAST + len(branch.choices):
                 taken.update(inside, branch.places)
                 yield branch
@@ -164,8 +165,8 @@ def _inside(
 
     for place in reversed(graph.before(i for choice in choices for i in graph.nodes[choice].operands[1:])):
         node = graph.nodes[place]
-        is_number = bool(node.operands) and node.op not in ARRAYS and node.loop is None
-        if not is_number or place in results or place in taken or place in choices:
+        is_source = not node.operands and node.loop is None
+        if is_source or place in results or place in taken or place in choices:
             continue
         if all(user in inside or (user in choices and is_value(user, place)) for user in users[place]):
             inside.add(place)

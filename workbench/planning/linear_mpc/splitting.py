@@ -167,7 +167,8 @@ def solve_period(
     if numbers.rates:
         u = np.clip(u, x[..., -nu:] + numbers.low[-nu:], x[..., -nu:] + numbers.high[-nu:])
     after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
-    return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
+    following = shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest
+    return SplittingAnswer(u, np.where(is_outside[..., None], following, 0.0), residual)
 
 
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
