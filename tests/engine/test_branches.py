@@ -49,6 +49,16 @@ def crossed(size):
     return body
 
 
+def swept(size):
+    """A body that moves its carried numbers by a loop where a row is positive."""
+
+    def body(c, row):
+        (end,) = bounded_loop(4, lambda e, own: (heavy(e, 1) + 0.1 * own,), c, constants=(c,))
+        return ca.if_else(row > 0, end, c), ca.sum1(c)
+
+    return body
+
+
 def equation(body, size, spread=1.0):
     """x' of two states, by a loop whose rows depend on the state."""
     states = Layout((Entry("a", np.array(0.4)), Entry("b", np.array(-0.7))))
@@ -73,7 +83,7 @@ NAMES = [f"{body.__name__}-{size}" for body, size in CASES]
 
 
 @needs_llvmlite
-@pytest.mark.parametrize(("body", "size"), CASES, ids=NAMES)
+@pytest.mark.parametrize(("body", "size"), [*CASES, (swept, 4), (swept, 26)], ids=[*NAMES, "swept-4", "swept-26"])
 @pytest.mark.parametrize("arithmetic", ["fused", "portable"])
 def test_a_branch_has_the_bits_of_numpy_which_makes_both_sides(body, size, arithmetic):
     ode = equation(body(size), size)
@@ -101,6 +111,12 @@ def test_one_condition_is_one_branch_with_all_that_only_it_needs(body, size):
     (branch,) = branches(rk4(equation(body(size), size), 0.1))
     assert len(branch.places) == (size // 2 + 1 if body is chosen else size)
     assert sum(map(len, branch.inside)) > 12 * len(branch.places)
+
+
+def test_a_branch_may_hold_a_loop():
+    (branch,) = branches(rk4(equation(swept(4), 4), 0.1))
+    graph = next(node.loop for node in graph_of(rk4(equation(swept(4), 4), 0.1)).nodes if node.loop is not None).body
+    assert any(graph.nodes[i].loop for part in branch.inside for i in part)
 
 
 def test_carried_numbers_stay_where_they_are_if_no_other_choice_reads_them():

@@ -158,7 +158,7 @@ def solve_period(
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
     lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
-    is_outside = ((lqr < numbers.low) | (lqr > numbers.high)).any(axis=-1)
+    is_outside = np.asarray(((lqr < numbers.low) | (lqr > numbers.high)).any(axis=-1))
     zeta = np.where(is_outside[..., None], zeta, lqr)  # within all limits the LQR answer is the optimum
     for _ in range(count):
         zeta, residual = sweep(numbers, lqr, zeta)
