@@ -21,11 +21,14 @@ from studies.b4_handover.solver_program import (
 )
 
 CODE = "generated"
+HAS_OSQP = find_spec("osqp") is not None
+if HAS_OSQP:
+    import osqp
 
 
 def osqp_lacks() -> str:
     """The reason why OSQP cannot be counted here; empty if it can."""
-    return missing_programs() or ("" if find_spec("osqp") else "the package osqp is not installed")
+    return missing_programs() or ("" if HAS_OSQP else "the package osqp is not installed")
 
 
 def osqp_run(problem: wb.planning.LinearMpc, low: float, high: float, states: wb.Array) -> SolverRun:
@@ -46,8 +49,6 @@ def osqp_run(problem: wb.planning.LinearMpc, low: float, high: float, states: wb
 
 def _generate(problem: wb.planning.LinearMpc, low: float, high: float, folder: Path) -> None:
     """The code for the states x_0, ..., x_N and inputs of all stages, whose first rows are the state that is given."""
-    import osqp
-
     (nx, nu), N = problem.B.shape, problem.horizon
     size = (N + 1) * nx
     cost = np.zeros((size + N * nu, size + N * nu))

@@ -67,7 +67,8 @@ def solver_run(folder: Path, compiler: str, objects: Sequence[str], states: wb.A
         file.write(np.array([len(states), 0], dtype="<u8").tobytes())
         np.ascontiguousarray(states, dtype="<f8").tofile(file)
     board.emulate(folder, SECONDS, "-icount", "shift=0")
-    rows = np.fromfile(folder / "answers", np.dtype([("figures", "<u8", (4,)), ("u", "<f8", (inputs,))]))
+    with (folder / "answers").open("rb") as file:  # which the program has just written
+        rows = np.frombuffer(file.read(), np.dtype([("figures", "<u8", (4,)), ("u", "<f8", (inputs,))]))
     figures = rows["figures"].astype(float)
     return SolverRun(TICK * figures[:, 0], figures[:, 1], figures[:, 2], rows["u"])
 
