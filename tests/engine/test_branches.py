@@ -11,7 +11,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.core.bounded_loop import bounded_loop
 from workbench.engine import simulate
 from workbench.engine.kernel import native
-from workbench.engine.kernel.branches import Branch, schedule
+from workbench.engine.kernel.branches import BlockBranch, schedule
 from workbench.engine.kernel.graph import Graph, Node
 from workbench.engine.kernel.loop_emission import MOST_REGISTERS, waits_in_loops
 from workbench.engine.kernel.lowering import lower
@@ -75,7 +75,7 @@ def branches(step):
     """The branches of the loop in the first of the four stages of a step."""
     loop = next(node.loop for node in graph_of(step).nodes if node.loop is not None)
     order = schedule(loop.body, loop.body.results[: loop.carry_size])
-    return [one for one in order if isinstance(one, Branch)]
+    return [one for one in order if isinstance(one, BlockBranch)]
 
 
 CASES = [(body, size) for body in (chosen, crossed) for size in (4, MOST_REGISTERS + 4)]
@@ -190,9 +190,9 @@ def test_branches_that_need_each_other_are_not_both_made():
     c, d = (add("if_else", truth, long(place), 4) for truth, place in ((p, b), (q, a)))
     graph = Graph(tuple(nodes), (c, d, a, b))
     order = schedule(graph, graph.results)
-    assert sum(isinstance(one, Branch) for one in order) == 1
+    assert sum(isinstance(one, BlockBranch) for one in order) == 1
     done = set()
     for one in order:
-        assert done.issuperset(one.needs if isinstance(one, Branch) else nodes[one].operands)
-        done |= {*one.places, *(i for part in one.inside for i in part)} if isinstance(one, Branch) else {one}
+        assert done.issuperset(one.needs if isinstance(one, BlockBranch) else nodes[one].operands)
+        done |= {*one.places, *(i for part in one.inside for i in part)} if isinstance(one, BlockBranch) else {one}
     assert done == set(range(len(nodes)))

@@ -18,7 +18,7 @@ CHOICE = "if_else"
 
 
 @dataclass(frozen=True)
-class Branch:
+class BlockBranch:
     """Some choices by one condition.
 
     Attributes
@@ -52,7 +52,7 @@ class Branch:
 
 
 @lru_cache(maxsize=128)
-def schedule(graph: Graph, next_carried: tuple[int, ...]) -> tuple[int | Branch, ...]:
+def schedule(graph: Graph, next_carried: tuple[int, ...]) -> tuple[int | BlockBranch, ...]:
     """The nodes of the body of a loop and its branches in an order of evaluation, without the nodes inside a branch.
 
     Parameters
@@ -64,12 +64,12 @@ def schedule(graph: Graph, next_carried: tuple[int, ...]) -> tuple[int | Branch,
     while True:
         ends = {place: branch for branch in branches for place in branch.places}
         order = _order(graph, ends)
-        if not isinstance(order, Branch):
+        if not isinstance(order, BlockBranch):
             return order
         branches.remove(order)  # it needs its own choices, by way of other branches
 
 
-def _branches(graph: Graph, next_carried: Sequence[int]) -> Iterator[Branch]:
+def _branches(graph: Graph, next_carried: Sequence[int]) -> Iterator[BlockBranch]:
     """The branches that are worth it, the largest groups of choices first."""
     users: list[list[int]] = [[] for _ in graph.nodes]
     for place, node in enumerate(graph.nodes):
@@ -108,7 +108,7 @@ def _branch(
     choices: Sequence[int],
     next_carried: Sequence[int],
     taken: Collection[int],
-) -> Branch:
+) -> BlockBranch:
     in_place = {
         place: entry
         for entry, place in enumerate(next_carried)
@@ -133,7 +133,7 @@ def _branch(
     for place in (*others, *in_place):
         parts.append(tuple(i for i in graph.before([graph.nodes[place].operands[1]]) if i in inside))
         inside = inside.difference(parts[-1])
-    return Branch(condition, others, in_place, array, tuple(parts), needs)
+    return BlockBranch(condition, others, in_place, array, tuple(parts), needs)
 
 
 def _read_elsewhere(
@@ -184,9 +184,9 @@ def _carried_entry(graph: Graph, place: int) -> int | None:
     return node.entry if node.op == "item" and graph.nodes[node.operands[0]].op == "carried" else None
 
 
-def _order(graph: Graph, ends: Mapping[int, Branch]) -> tuple[int | Branch, ...] | Branch:
+def _order(graph: Graph, ends: Mapping[int, BlockBranch]) -> tuple[int | BlockBranch, ...] | BlockBranch:
     """All places and branches behind what they need; or a branch that needs itself."""
-    order, done, open_ = list[int | Branch](), set[int](), set[int]()
+    order, done, open_ = list[int | BlockBranch](), set[int](), set[int]()
     stack: list[tuple[int, bool]] = [(place, False) for place in reversed(_outer(graph, ends))]
     while stack:
         place, is_ready = stack.pop()
@@ -207,7 +207,7 @@ def _order(graph: Graph, ends: Mapping[int, Branch]) -> tuple[int | Branch, ...]
     return tuple(order)
 
 
-def _outer(graph: Graph, ends: Mapping[int, Branch]) -> list[int]:
+def _outer(graph: Graph, ends: Mapping[int, BlockBranch]) -> list[int]:
     """The places that are not inside a branch, in order."""
     inside = {place for branch in ends.values() for part in branch.inside for place in part}
     return [place for place in range(len(graph.nodes)) if place not in inside]

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 from typing import Generic, NamedTuple
 
 from workbench.core import StepMap
-from workbench.engine.kernel.branches import Branch, schedule
+from workbench.engine.kernel.branches import BlockBranch, schedule
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
 from workbench.engine.kernel.graph import ARRAYS, Graph, GraphLoop, Level, Node, length
 from workbench.engine.kernel.graph_rewriting import rewrite
@@ -186,12 +186,12 @@ class Evaluation(Generic[Value]):
             return
         is_of_numbers = loop.parts[0] == loop.carry_size
         for one in schedule(loop.body, loop.body.results[: loop.carry_size] if is_of_numbers else ()):
-            if isinstance(one, Branch):
+            if isinstance(one, BlockBranch):
                 self._make_branch(self.machine, one)
             else:
                 self._make(one, self.graph.nodes[one])
 
-    def _make_branch(self, machine: BranchingMachine[Value], branch: Branch) -> None:
+    def _make_branch(self, machine: BranchingMachine[Value], branch: BlockBranch) -> None:
         """The choices of a branch; what is made inside of it is not known outside."""
         nodes = self.graph.nodes
         condition = self.truth(branch.condition).value
