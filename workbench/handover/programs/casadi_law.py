@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import casadi as ca
 
+from workbench.core.bounded_loop import operation_codes
 from workbench.core.layout import Layout
 from workbench.core.notation.comments import harmless
 from workbench.core.notation.program import FUNCTION_NAMES, Dialect, straight_line
@@ -29,6 +30,9 @@ law = ca.Function(
 )"""
 
 
+LETTERS = 96  # of a line of a stored function
+
+
 @check_arguments
 def casadi_law(law: SampledLaw, name: str = "") -> str:
     """The text of a module with the function `law` (k, z, y, r, p) -> (z_next, u), the start of z and the nominal p.
@@ -43,6 +47,30 @@ def casadi_law(law: SampledLaw, name: str = "") -> str:
     ValueError
         If the law has a constant that is not finite, or an operation that no text has.
     """
+    head = [f'"""{harmless(name or law.name)}: a law that runs once in {law.period!r} s, as a CasADi function.', ""]
+    head += [*_about(law), '"""', "", "import casadi as ca", "", f"PERIOD = {law.period!r}  # s"]
+    head += _values("START", law.memory) + _values("NOMINAL", law.parameters)
+    body = _stored(law) if ca.OP_CALL in operation_codes(law.F) else _program(law)
+    return "\n".join([*head, "", "", *body]) + "\n"
+
+
+def _stored(law: SampledLaw) -> list[str]:
+    """The lines of a law with loops, which no program without branches can write."""
+    arguments = [law.k, law.z, law.y, law.r, law.p]
+    text = ca.Function(
+        "law", arguments, [law.update, law.command], ["k", "z", "y", "r", "p"], ["z_next", "u"]
+    ).serialize()
+    parts = [f'    "{text[i : i + LETTERS]}"' for i in range(0, len(text), LETTERS)]
+    return [
+        "# The law has loops. It is stored as CasADi stores functions.",
+        "law = ca.Function.deserialize(",
+        *parts,
+        ")",
+    ]
+
+
+def _program(law: SampledLaw) -> list[str]:
+    """The lines of a law without loops."""
     vectors = {"k": law.k, **{letter: getattr(law, letter) for letter in SYMBOLS}}
     own = {letter: ca.SX.sym(letter, part.numel()) for letter, part in vectors.items()}
     entries = {f"{letter}_{i}": f"{letter}[{i}]" for letter, part in own.items() for i in range(part.numel())}
@@ -56,14 +84,11 @@ def casadi_law(law: SampledLaw, name: str = "") -> str:
     results = [row[0] for row in program.entries["w"]]
     lines = [f"{variable} = {entries[symbol]}" for variable, symbol in program.inputs]
     lines += [f"{variable} = {text}" for variable, text in program.lines]
-    head = [f'"""{harmless(name or law.name)}: a law that runs once in {law.period!r} s, as a CasADi function.', ""]
-    head += [*_about(law), '"""', "", "import casadi as ca", "", f"PERIOD = {law.period!r}  # s"]
-    head += _values("START", law.memory) + _values("NOMINAL", law.parameters)
-    head += ["", "", "def after(k, z, y, r, p):", '    """The memory after instant k, and the commands."""']
+    head = ["def after(k, z, y, r, p):", '    """The memory after instant k, and the commands."""']
     ends = [f"return {_column(results[: law.memory.size])}, {_column(results[law.memory.size :])}"]
     sizes = ", ".join(f'("{letter}", {part.numel()})' for letter, part in own.items())
     body = [f"    {line}" for line in lines + ends]
-    return "\n".join([*head, *body, "", "", FUNCTION.format(sizes=sizes)]) + "\n"
+    return [*head, *body, "", "", *FUNCTION.format(sizes=sizes).splitlines()]
 
 
 def _about(law: SampledLaw) -> list[str]:
