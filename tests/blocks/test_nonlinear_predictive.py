@@ -271,3 +271,15 @@ def test_bad_references_and_safe_commands_are_refused():
         wb.NonlinearPredictive.of(plant, design, safe_command={"F": 11.0})
     with pytest.raises(ValueError, match="must name each input; 'F' is missing"):
         wb.NonlinearPredictive.of(plant, design, safe_command={})
+
+
+def test_a_run_records_the_plan_of_the_period_before():
+    law = wb.NonlinearPredictive.of(wb.CartPole(), cart_design(10))
+    run = wb.simulate(loop_of(law, phi=0.2).digital(PERIOD).step(1), until=0.4)
+    x, u, times = (run[f"predicted_{name}"][0] for name in ("phi", "F", "t"))
+    np.testing.assert_allclose(times[0], PERIOD * np.arange(10), rtol=1e-15)
+    assert (
+        np.abs(x[1:, 0] - run["phi"][0, 1:].ravel()).max() < 1e-3
+    )  # rad: the model takes one step a period, as the run
+    assert np.abs(u[10:, 0] - run["F"][0, 10:].ravel()).max() < 0.1  # N: near the rest a plan changes little
+    assert np.abs(x[:-1, 1:] - x[1:, :-1]).max() < 0.2  # rad: one plan continues another

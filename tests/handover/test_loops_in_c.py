@@ -1,6 +1,7 @@
 """A law with bounded loops on other machines: C that keeps its loops, Python, and single precision with its bound."""
 
 import re
+import runpy
 
 import numpy as np
 import pytest
@@ -79,6 +80,10 @@ def test_single_precision_of_a_loop_stays_within_its_bound(law):
     )  # of the limit: errors grow with A and K, not with A - B K, in a running bound
 
 
-def test_a_form_without_loops_refuses_them_by_name(law):
-    with pytest.raises(ValueError, match="CALL"):
-        wb.export(law, "casadi")
+def test_a_law_with_loops_is_stored_as_a_function_of_casadi(law, tmp_path):
+    (file,) = wb.export(law, "casadi", tmp_path)
+    stored = runpy.run_path(str(file))["law"]
+    row = [np.linspace(-0.5, 0.5, port.size) for port in (law.memory, law.readings, law.references)]
+    ours, theirs = (function(1, *row, law.parameters.default) for function in (law.F, stored))
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(np.array(one), np.array(other))

@@ -237,7 +237,7 @@ class ModelPredictive(AbstractController):
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages."""
         _, nu, nc = self._counts
-        about, stages = self._about(z, est, ref), self.horizon + 1
+        about = self._about(z, est, ref)
         answer = self._solve(z, about)
         rows = ca.reshape(answer.zeta, nc, self.horizon)[:nu, :], answer.lqr[:nu, :]
 
@@ -247,9 +247,9 @@ class ModelPredictive(AbstractController):
             return after, after, v
 
         _, x, u = bounded_loop(self.horizon, ahead, about.e, *rows, constants=(answer.outside,))
-        states = ca.horzcat(about.e, x)[: self.states.size, :] + ca.repmat(ca.SX(self.x0), 1, stages)
-        inputs = ca.horzcat(u, u[:, -1]) + ca.repmat(ca.SX(self.u0), 1, stages)  # the last one is held
-        return predicted_signals(((self.states, states), (self.inputs, inputs)), self.period or 1.0)
+        states = self.states, ca.horzcat(about.e, x)[: self.states.size, :], self.x0
+        inputs = self.inputs, ca.horzcat(u, u[:, -1]), self.u0  # the last one is held
+        return predicted_signals((states, inputs), self.period or 1.0)
 
     @property
     def signal_units(self) -> Mapping[str, str]:

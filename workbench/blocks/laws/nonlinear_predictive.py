@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -8,7 +9,9 @@ import numpy as np
 from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem
 from workbench.blocks.laws.plan_window import planned_signals
-from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.plant_stages import PlantStages, limited_rows, signals_of
+from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
+from workbench.blocks.laws.predictive_ports import all_finite, column
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.environment import AbstractReference
@@ -118,7 +121,7 @@ class NonlinearPredictive(AbstractController):
         for name in self.follow:
             known_name(name, self.model.states.names, "states of the model")
         for name in self.row_names:
-            known_name(name, self._signals.labels, "states and outputs of the model")
+            known_name(name, signals_of(self.model).labels, "states and outputs of the model")
         if self.preview is not None:
             refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
 
@@ -175,12 +178,6 @@ class NonlinearPredictive(AbstractController):
     @property
     def drives(self) -> Layout:
         return self.model.inputs
-
-    @property
-    def _signals(self) -> Layout:
-        """The states of the model, and its outputs that are no states."""
-        states = self.model.states
-        return states + Layout(tuple(entry for entry in self.model.outputs.entries if entry.name not in states))
 
     @property
     def _counts(self) -> tuple[int, int, int]:
@@ -241,11 +238,18 @@ class NonlinearPredictive(AbstractController):
         return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
 
     def _usable(self, est: Reads, ref: Follows) -> ca.SX:
-        """1 if all numbers that are read are finite, else 0."""
-        numbers = [self.reads.flatten({name: est[name] for name in self.reads.names})]
-        numbers += [self.follows.flatten({name: ref[name] for name in self.follows.names})]
-        both = ca.densify(ca.vertcat(*numbers))
-        return ca.sum1(ca.if_else(ca.fabs(both) <= LARGEST, 1.0, 0.0)) == both.numel()
+        return all_finite(ca.vertcat(column(est, self.reads), column(ref, self.follows)))
+
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The plan of the period before from now on: `predicted_t`, and the states and inputs at these times."""
+        (nx, nu, N), model = self._counts, self.model
+        states = model.states, ca.reshape(z["plan_x"], nx, N), self.x0
+        inputs = model.inputs, ca.reshape(z["plan_u"], nu, N), self.u0
+        return predicted_signals((states, inputs), self.period)
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        return predicted_units(self.model.states, self.model.inputs)
 
     def _previewed(self, t: ca.SX) -> ca.SX:
         """The signals of the previewed reference at a time, as a column."""
@@ -271,29 +275,19 @@ class NonlinearPredictive(AbstractController):
 
         rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
         stages = PlantStages(self.model, self.period, self.steps)
-        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, self._rows)
-
-    def _rows(self, t: ca.SX, x: ca.SX) -> ca.SX:
-        """The states and outputs with soft limits, (nr, 1)."""
-        if not self.row_names:
-            return ca.SX(0, 1)
-        values, port = Signals(self.model.states.view(x)), self.model.states
-        if any(name not in port.labels for name in self.row_names):
-            port, outputs = self._signals, self.model.outputs + self.model.truths
-            values = call_block(self.model, "measure", outputs, t, values) | values
-        column = port.flatten({name: values[name] for name in port.names})
-        return ca.densify(ca.vertcat(*(column[port.labels.index(name)] for name in self.row_names)))
+        rows = partial(limited_rows, self.model, self.row_names)
+        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, rows)
 
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
         """The plan of a period."""
         nx, nu, N = self._counts
         x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
-        begin = ca.densify(self.model.states.flatten({name: est[name] for name in self.model.states.names}))
+        begin = ca.densify(column(est, self.model.states))
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)
 
-        def iteration(column: ca.SX, begin: ca.SX) -> tuple[ca.SX, ...]:
-            return (problem.iterate(begin, NonlinearPlan.of(column, N, nx, nu)).column,)
+        def iteration(numbers: ca.SX, begin: ca.SX) -> tuple[ca.SX, ...]:
+            return (problem.iterate(begin, NonlinearPlan.of(numbers, N, nx, nu)).column,)
 
-        (column,) = bounded_loop(self.iterations, iteration, last.column, constants=(begin,))
-        return NonlinearPlan.of(column, N, nx, nu)
+        (numbers,) = bounded_loop(self.iterations, iteration, last.column, constants=(begin,))
+        return NonlinearPlan.of(numbers, N, nx, nu)

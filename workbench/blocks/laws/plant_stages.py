@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractPlant
 from workbench.blocks.loop.wiring import call_block
-from workbench.core import Signals
+from workbench.core import Layout, Signals
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.methods import runge_kutta
 
@@ -78,3 +78,21 @@ class PlantStages:
             (end,) = bounded_loop(self.steps, step, ca.vertcat(start, t), constants=(u,))
         S = ca.reshape(end[nx : nx + nx * (nx + nu)], nx, nx + nu)
         return end[:nx], S[:, :nx], S[:, nx:]
+
+
+def signals_of(model: AbstractPlant) -> Layout:
+    """The states of a model, and its outputs that are no states."""
+    states = model.states
+    return states + Layout(tuple(entry for entry in model.outputs.entries if entry.name not in states))
+
+
+def limited_rows(model: AbstractPlant, labels: tuple[str, ...], t: ca.SX, x: ca.SX) -> ca.SX:
+    """The states and outputs with these labels at states x (nx, 1), (nr, 1)."""
+    if not labels:
+        return ca.SX(0, 1)
+    values, port = Signals(model.states.view(x)), model.states
+    if any(label not in port.labels for label in labels):
+        port, outputs = signals_of(model), model.outputs + model.truths
+        values = call_block(model, "measure", outputs, t, values) | values
+    column = port.flatten({name: values[name] for name in port.names})
+    return ca.densify(ca.vertcat(*(column[port.labels.index(label)] for label in labels)))

@@ -8,18 +8,21 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.block import Vector
 
 TIMES = "predicted_t"
 
 
-def predicted_signals(plan: tuple[tuple[Layout, ca.SX], ...], period: float) -> dict[str, ca.SX]:
-    """The times of the stages of a plan from now on, and the numbers (size, N + 1) of layouts at these stages.
+def predicted_signals(plan: tuple[tuple[Layout, ca.SX, Vector], ...], period: float) -> dict[str, ca.SX]:
+    """The times of the stages of a plan from now on, and the numbers of layouts at these stages.
 
-    All stages of the first number of a signal stand first.
+    A part of the plan has deviations (size, N + 1) from a rest (size,). All stages of the first number of a signal
+    stand first.
     """
     stages = plan[0][1].shape[1]
     signals = {TIMES: ca.SX(np.arange(stages) * period)}
-    for layout, numbers in plan:
+    for layout, deviations, rest in plan:
+        numbers = deviations + ca.repmat(ca.SX(rest), 1, stages)
         signals |= {_name(name): ca.vec(numbers[layout.slice(name), :].T) for name in layout.names}
     return signals
 
