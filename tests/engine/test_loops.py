@@ -7,6 +7,7 @@ import pytest
 from tests.support.compilers import needs_llvmlite
 from tests.support.looped_laws import DrawnLoop, InCasadi, predictive_loop, results
 from workbench.core import Entry, Layout, Ode, rk4
+from workbench.core.bounded_loop import bounded_loop
 from workbench.engine import simulate
 from workbench.engine.kernel.plan import graph_of
 from workbench.report.live.marches import Modules, march
@@ -105,3 +106,22 @@ def test_what_changes_in_no_pass_is_made_before_a_loop():
 def test_equal_loops_on_equal_values_are_one():
     graph = graph_of(predictive_loop().step(1))  # command and update both ask for the sweeps
     assert len([node for node in graph.nodes if node.op == "loop"]) == 1
+
+
+@needs_llvmlite
+def test_a_body_may_take_columns_without_entries():
+    t, x = ca.SX.sym("t"), ca.SX.sym("x")
+
+    def body(c, empty, row):
+        return 0.5 * c + row + ca.sum1(empty), c
+
+    end, rows = bounded_loop(3, body, x, ca.SX(0, 3), ca.SX([[1.0, 2.0, 3.0]]))
+    ode = Ode.of(
+        "empty", Layout((Entry("x", np.array(0.4)),)), Layout(()), (t, x, ca.SX(0, 1)), {"x": -end + ca.sum2(rows)}, {}
+    )
+    runs = [
+        simulate(rk4(ode, 0.1), until=0.5, engine=engine, arithmetic="portable").x for engine in ("numpy", "native")
+    ]
+    np.testing.assert_array_equal(*runs)
+    value = ca.Function("end", [x], [end])(0.4)
+    assert float(value) == 0.5 * (0.5 * (0.5 * 0.4 + 1.0) + 2.0) + 3.0

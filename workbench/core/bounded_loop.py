@@ -72,8 +72,21 @@ def bounded_loop(
     given, handed = ([ca.densify(ca.SX(part)) for part in parts] for parts in (rows, constants))
     if wrong := [part.shape for part in given if part.shape[1] != N]:
         raise ValueError(f"`bounded_loop(*rows)` must have a column for each of {N} passes; got the shape {wrong[0]}.")
-    function, others = _body(body, start.numel(), given, handed)
-    return tuple(_loop(function, N, backward).call([start, *given, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+    full = [part for part in given if part.shape[0]]
+    if len(full) < len(given):
+        body = _with_empty_columns(body, [part.shape[0] for part in given])
+    function, others = _body(body, start.numel(), full, handed)
+    return tuple(_loop(function, N, backward).call([start, *full, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+
+
+def _with_empty_columns(body: Callable[..., tuple[ca.SX, ...]], sizes: list[int]) -> Callable[..., tuple[ca.SX, ...]]:
+    """A body that gets the columns with entries alone, for one that also takes empty columns, of these sizes."""
+
+    def whole_body(c: ca.SX, *parts: ca.SX) -> tuple[ca.SX, ...]:
+        left = iter(parts)
+        return body(c, *(next(left) if size else ca.SX(0, 1) for size in sizes), *left)
+
+    return whole_body
 
 
 def _body(
