@@ -52,10 +52,12 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
     price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
     share = "all" if least == 1 else f"at least {100 * least:.0f} % of"
+    worse = (usual.count("above"), tight.count("above"))
+    told = f" (worse on {worse[0]} and {worse[1]})" if any(worse) else ""
     return (
-        f"With gains along the plan, {share} perturbed loops arrive. MPC is better than clipped LQR on "
-        f"{usual.count('below')} of {len(usual)} plants at usual limits, on {tight.count('below')} at the tightest "
-        f"(worse on {usual.count('above')} and {tight.count('above')}),{price}."
+        f"With gains along the plan and numbers up to {100 * followers.USUAL:g} % off, {share} loops arrive. MPC is "
+        f"better than clipped LQR on {usual.count('below')} of {len(usual)} plants at usual limits, "
+        f"{tight.count('below')} at the tightest{told},{price}."
     )
 
 

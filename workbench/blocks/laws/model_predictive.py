@@ -170,7 +170,9 @@ class ModelPredictive(AbstractController):
         refuse_other_signals("ModelPredictive.of(plant, design)", plant, names)
         if outputs and follow:
             raise refusal("ModelPredictive.of(follow=...)", f"left out, as the design follows {outputs}", follow)
-        safe = None if safe_command is None else safe_inputs(plant.inputs, own, safe_command)
+        ends, safe = (np.asarray(own["u0"]) + own[end][: plant.inputs.size] for end in ("low", "high")), None
+        if safe_command is not None:
+            safe = safe_inputs("ModelPredictive.of", plant.inputs, safe_command, *ends)
         port = Layout(tuple(plant.outputs[name] for name in outputs))
         law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port, safe_command=safe)
         return law.run_every(period)

@@ -6,12 +6,12 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.plan_checks import refuse_other_plant, refuse_unfit_model, refuse_unfit_preview, safe_column
+from workbench.blocks.laws.plan_checks import refuse_unfit_model, refuse_unfit_preview
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem
 from workbench.blocks.laws.plan_window import planned_signals
 from workbench.blocks.laws.plant_stages import PlantStages, limited_rows, signals_of
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
-from workbench.blocks.laws.predictive_ports import all_finite, column
+from workbench.blocks.laws.predictive_ports import all_finite, column, refuse_other_signals, safe_inputs
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.environment import AbstractReference
@@ -158,8 +158,10 @@ class NonlinearPredictive(AbstractController):
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
         own = dict(own)
-        refuse_other_plant("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
-        safe = None if safe_command is None else safe_column("NonlinearPredictive.of", plant.inputs, own, safe_command)
+        refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
+        ends, safe = (np.asarray(own[end], dtype=float) for end in ("low", "high")), None
+        if safe_command is not None:
+            safe = safe_inputs("NonlinearPredictive.of", plant.inputs, safe_command, *ends)
         return NonlinearPredictive(plant, **own, follow=follow, preview=preview, safe_command=safe)
 
     # ports

@@ -1,15 +1,12 @@
-"""Refusals of a nonlinear predictive law: unfit models, designs for other plants, previews and safe commands."""
+"""Refusals of a nonlinear predictive law: unfit models and previews."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractPlant, is_recursion
 from workbench.blocks.loop.environment import AbstractReference
-from workbench.core import Layout
-from workbench.core.validation.refusals import Array, finite, known_name
+from workbench.core.validation.refusals import known_name
 
 
 def refuse_unfit_model(call: str, model: AbstractPlant) -> None:
@@ -24,16 +21,6 @@ def refuse_unfit_model(call: str, model: AbstractPlant) -> None:
             f"`{call}(model=...)` must move by its rate alone; `{type(model).__name__}` has noise, or states that "
             "change at the instants of a computer. Take the plant without them as the model."
         )
-
-
-def refuse_other_plant(call: str, plant: AbstractPlant, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
-    """Refuse a design for other states or inputs than the plant's."""
-    for port, own in zip((plant.states, plant.inputs), names, strict=True):
-        if port.labels != own:
-            raise ValueError(
-                f"`{call}` must get a design for the plant's own signals, {', '.join(port.labels)}; it is for "
-                f"{', '.join(own)}."
-            )
 
 
 def refuse_unfit_preview(call: str, model: AbstractPlant, preview: AbstractReference, follow: tuple[str, ...]) -> None:
@@ -55,20 +42,3 @@ def refuse_unfit_preview(call: str, model: AbstractPlant, preview: AbstractRefer
             f"`{call}(preview=...)` must go on behind its end, as the law plans beyond it; it ends at {preview.ends:g} "
             "s. Hold its last state with `PlannedReference(motion, rest_inputs=...)`."
         )
-
-
-def safe_column(call: str, port: Layout, numbers: Mapping[str, object], safe: Mapping[str, float]) -> Array:
-    """The safe command (nu,) of inputs by name; one that is missing or passes a limit is refused."""
-    for name in safe:
-        known_name(name, port.labels, "inputs of the plant")
-    if missing := [name for name in port.labels if name not in safe]:
-        raise ValueError(f"`{call}(safe_command=...)` must name each input; '{missing[0]}' is missing.")
-    values = [finite(f"{call}(safe_command={{{name!r}: ...}})", safe[name]) for name in port.labels]
-    low, high = (np.asarray(numbers[name], dtype=float) for name in ("low", "high"))
-    for i, (name, value) in enumerate(zip(port.labels, values, strict=True)):
-        if not low[i] <= value <= high[i]:
-            raise ValueError(
-                f"`{call}(safe_command=...)` must keep the limits of '{name}', {low[i]:g} and {high[i]:g}; got "
-                f"{value:g}."
-            )
-    return np.array(values)

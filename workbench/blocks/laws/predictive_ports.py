@@ -44,19 +44,17 @@ def refuse_other_signals(call: str, plant: AbstractPlant, names: tuple[tuple[str
             )
 
 
-def safe_inputs(port: Layout, numbers: Mapping[str, object], safe: Mapping[str, float]) -> Array:
-    """The safe command (nu,) of inputs by name; one that is missing or passes a limit is refused."""
+def safe_inputs(call: str, port: Layout, safe: Mapping[str, float], low: Array, high: Array) -> Array:
+    """The safe command (nu,) of inputs by name; one that is missing or passes a limit (nu,) is refused."""
     for name in safe:
         known_name(name, port.labels, "inputs of the plant")
     if missing := [name for name in port.labels if name not in safe]:
-        raise ValueError(f"`ModelPredictive.of(safe_command=...)` must name each input; '{missing[0]}' is missing.")
-    values = [finite(f"ModelPredictive.of(safe_command={{{name!r}: ...}})", safe[name]) for name in port.labels]
-    rest, low, high = (np.asarray(numbers[name], dtype=float) for name in ("u0", "low", "high"))
-    for i, (name, value) in enumerate(zip(port.labels, values, strict=True)):
-        if not low[i] <= value - rest[i] <= high[i]:
+        raise ValueError(f"`{call}(safe_command=...)` must name each input; '{missing[0]}' is missing.")
+    values = [finite(f"{call}(safe_command={{{name!r}: ...}})", safe[name]) for name in port.labels]
+    for name, value, least, most in zip(port.labels, values, low, high, strict=True):
+        if not least <= value <= most:
             raise ValueError(
-                f"`ModelPredictive.of(safe_command=...)` must keep the limits of '{name}', {low[i] + rest[i]:g} and "
-                f"{high[i] + rest[i]:g}; got {value:g}."
+                f"`{call}(safe_command=...)` must keep the limits of '{name}', {least:g} and {most:g}; got {value:g}."
             )
     return np.array(values)
 
