@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from functools import reduce
 
 from workbench.engine.kernel.emission import Emission
+from workbench.engine.kernel.kept_rows import make_rows, nodes_of_steps, states_of_rows
 from workbench.engine.kernel.loop_emission import Room
 from workbench.engine.kernel.noise import normals_on
 from workbench.engine.kernel.plan import KernelPlan
@@ -57,7 +58,7 @@ block:                                            ; {width} runs side by side
 {prepare}
   br label %row_begins
 row_begins:
-  %j = phi i64 [ 0, %block ], [ %j1, %keep ]
+  %j = phi i64 [ 0, %block ], [ %j1, %{kept} ]
   %past = mul i64 %j, %stride
   br label %enter
 enter:
@@ -162,16 +163,17 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
     before = Emission(graph, width, fused_products, "u", outside, "block", room)
     body = Emission(graph, width, fused_products, "v", inside, "step", room)
     _make_per_run(plan, before, body)
-    body.evaluation.make(plan.inside)
-    ends = [body.evaluation.value(place) for place in graph.results[: plan.states]]
+    body.evaluation.make(nodes_of_steps(plan))
+    of_rows, keep = states_of_rows(plan), make_rows(plan, body, inside)
+    ends = [keep.evaluation.value(place) for place in graph.results[: plan.states]]
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)
-    enter, keep, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "t", "w"))
-    starts = [enter.lane("%x_here", i) for i in range(plan.states)]
+    enter, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "w"))
+    starts = [enter.lane("%x_here", i) for i in range(plan.states) if i not in of_rows]
     for base in ("%x_here", "%out_here"):
         keep.store(base, ends)
     _any_finite(last, ends)
-    pairs = zip(starts, ends, strict=True)
-    states = (f"  %x{i} = phi {body.type} [ {a}, %enter ], [ {b}, %{latch} ]" for i, (a, b) in enumerate(pairs))
+    pairs = zip(starts, [(i, end) for i, end in enumerate(ends) if i not in of_rows], strict=True)
+    states = (f"  %x{i} = phi {body.type} [ {a}, %enter ], [ {b}, %{latch} ]" for a, (i, b) in pairs)
     return PIECE.format(
         stack=stack,
         vector=body.type,
@@ -185,6 +187,7 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
         segments=segments,
         latch=latch,
         keep=keep,
+        kept=keep.block,
         alive=last,
     )
 
