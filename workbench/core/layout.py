@@ -194,7 +194,7 @@ class Layout:
             array = array[np.newaxis]
         if array.shape[1:] != shape or len(array) == 0:
             raise ValueError(f"`pack({name}=...)` must have shape {shape}, or (B, ...) for B runs; got {array.shape}.")
-        return np.stack([row.ravel(order="F") for row in array])
+        return array.T.reshape(-1, len(array)).T  # each row in Fortran's order
 
     def printed_names(self) -> dict[str, str]:
         """The letter of each number in printed equations, by its name: m_1 for `links[0].mass`, for example."""

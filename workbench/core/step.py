@@ -123,7 +123,7 @@ class StepRule:
         """The number of operations of a step, roughly."""
         return operation_count(self.parts) * self._stages
 
-    @property
+    @cached_property
     def written_operations(self) -> int:
         """The number of operations of a step in which each loop is passed once, roughly: the size of its code."""
         return operation_count(self.parts, of_passes=False) * self._stages

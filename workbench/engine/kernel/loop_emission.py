@@ -22,6 +22,8 @@ def room_of(graph: Graph) -> int:
         total += length(node) if node.op == "array" else 0
         if node.loop is not None:
             total += node.loop.carry_size + sum(node.loop.result_sizes) * node.loop.count + room_of(node.loop.body)
+            rows = node.operands[node.entry : node.entry + len(node.loop.row_sizes)]
+            total += sum(length(graph.nodes[i]) for i in rows if graph.nodes[i].op == "loop_end")
     return total
 
 
@@ -178,6 +180,10 @@ class AbstractLoopEmission(ABC):
         kept = shape.carries_items and shape.carry_size <= MOST_REGISTERS
         first = self._numbers(start) if kept else []
         memory = "" if kept else self.array(start)
+        rows = [
+            self.array([Part(part, size * shape.count)]) if part in self.registers else part
+            for part, size in zip(rows, shape.row_sizes, strict=True)
+        ]
         ends = list[str]()
 
         def one_pass(k: str) -> None:
