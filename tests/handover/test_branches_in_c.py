@@ -121,7 +121,7 @@ def test_numbers_of_a_table_and_the_memory_are_not_copied():
     source = c_code(law, "law").source
     table = re.search(r"static const double (W_table)\[(\d+)\] = \{\n(.*?)\};", source, re.DOTALL)
     assert table[3].count("/* controller.W[") == int(table[2]) == np.size(loop.parameters["controller.W"])
-    assert re.search(r"const double \*const row_\d+ = state->controller_plan \+ pass_\d+;", source)
+    assert re.search(r"const double \*const row_\d+a = state->controller_plan \+ pass_\d+;", source)
     settable = c_code(law, "law", parameters="settable").source
     assert "_table" not in settable
 

@@ -21,9 +21,9 @@ def nodes_of_steps(plan: KernelPlan) -> tuple[int, ...]:
     return tuple(i for i in plan.inside if i in needed)
 
 
-def make_rows(plan: KernelPlan, step: Emission, load: Callable[[Emission, int], str]) -> Emission:
-    """The lines behind the last step of a row, which make all other nodes; they know the nodes that a step made."""
-    made = frozenset(nodes_of_steps(plan))
+def make_rows(plan: KernelPlan, step: Emission, load: Callable[[Emission, int], str]) -> tuple[Emission, list[str]]:
+    """The lines behind the last step of a row, which make what only rows need, and all states at the end of a step."""
+    made, own = frozenset(nodes_of_steps(plan)), states_of_rows(plan)
 
     def known(e: Emission, place: int) -> str:
         return step.evaluation.value(place) if place in made else load(e, place)
@@ -32,4 +32,5 @@ def make_rows(plan: KernelPlan, step: Emission, load: Callable[[Emission, int], 
     rows.evaluation.arrays |= step.evaluation.arrays
     rows.evaluation.loops |= step.evaluation.loops
     rows.evaluation.make(i for i in plan.inside if i not in made)
-    return rows
+    ends = enumerate(plan.graph.results[: plan.states])
+    return rows, [(rows if i in own else step).evaluation.value(place) for i, place in ends]

@@ -42,10 +42,14 @@ def _loops(graph: Graph) -> Iterator[GraphLoop]:
 
 
 class Room:
-    """The memory of the arrays of a function: `base` is a pointer to vectors, of which the first `start` are taken."""
+    """The memory of the arrays of a function: `base` is a pointer to vectors, of which the first `start` are taken.
+
+    `tables` are the arrays of doubles, which are the same in all lanes.
+    """
 
     def __init__(self, base: str, start: int) -> None:
         self.base, self.used = base, start
+        self.tables: set[str] = set()
 
     def reserve(self, size: int) -> int:
         """The place of so many vectors."""
@@ -89,6 +93,10 @@ class AbstractLoopEmission(ABC):
     def lane(self, base: str, place: int) -> str:
         """The vector at a place of an array of vectors."""
 
+    @abstractmethod
+    def broadcast(self, base: str, place: int) -> str:
+        """The double at a place of an array of doubles, in every lane."""
+
     # of arrays
 
     def array(self, parts: Parts[str]) -> str:
@@ -101,11 +109,21 @@ class AbstractLoopEmission(ABC):
         """A part of an array, where it is."""
         if array in self.registers:
             return self._of_registers(self.registers[array][start : start + length])
-        return self.line(f"getelementptr {self.type}, ptr {array}, i64 {start}")
+        return self.part(array, start)
 
     def item(self, array: str, place: int) -> str:
         """A number of an array."""
+        if array in self.room.tables:
+            return self.broadcast(array, place)
         return self.registers[array][place] if array in self.registers else self.lane(array, place)
+
+    def part(self, array: str, start: int | str, size: int = 1, is_table: bool = False) -> str:
+        """The part of an array in memory from a multiple of a size on."""
+        is_table = is_table or array in self.room.tables
+        part = self.line(f"getelementptr [{size} x {'double' if is_table else self.type}], ptr {array}, i64 {start}")
+        if is_table:
+            self.room.tables.add(part)
+        return part
 
     def _of_registers(self, names: Sequence[str]) -> str:
         """An array of some registers."""
@@ -125,7 +143,7 @@ class AbstractLoopEmission(ABC):
         """Put some parts into memory, one behind the other."""
         first = 0
         for part in parts:
-            if part.length > UNROLLED and part.value not in self.registers:
+            if part.length > UNROLLED and part.value not in self.registers and part.value not in self.room.tables:
                 self._copy(self.line(f"getelementptr {self.type}, ptr {place}, i64 {first}"), part.value, part.length)
             else:
                 for i, name in enumerate(self._numbers([part])):
@@ -204,7 +222,7 @@ class AbstractLoopEmission(ABC):
 
     def _row(self, array: str, index: str, size: int) -> str:
         """The place of a row in an array of rows."""
-        return self.line(f"getelementptr [{size} x {self.type}], ptr {array}, i64 {index}")
+        return self.part(array, index, size)
 
     def _repeat(
         self, count: int, body: Callable[[str], None], carried: Callable[[], list[tuple[str, str]]] = list

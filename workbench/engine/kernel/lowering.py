@@ -164,8 +164,7 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
     body = Emission(graph, width, fused_products, "v", inside, "step", room)
     _make_per_run(plan, before, body)
     body.evaluation.make(nodes_of_steps(plan))
-    of_rows, keep = states_of_rows(plan), make_rows(plan, body, inside)
-    ends = [keep.evaluation.value(place) for place in graph.results[: plan.states]]
+    of_rows, (keep, ends) = states_of_rows(plan), make_rows(plan, body, inside)
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)
     enter, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "w"))
     starts = [enter.lane("%x_here", i) for i in range(plan.states) if i not in of_rows]
@@ -196,6 +195,7 @@ def _make_per_run(plan: KernelPlan, before: Emission, body: Emission) -> None:
     """The numbers and arrays that are made once a run, and found by the body in memory."""
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
+    before.evaluation.arrays |= {i: before.part("%constants", at, is_table=True) for i, at in plan.tables.items()}
     before.evaluation.make(plan.fixed_arrays)
     body.evaluation.arrays |= {place: before.evaluation.arrays[place] for place in plan.fixed_arrays}
 

@@ -84,7 +84,8 @@ def _advance(job: Job, lot: Integers, x: Array, piece: JobPiece) -> None:
     plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
     loop, segment, lent = _loops(plan, job.fused_products)
     steps = np.arange(piece.begin, piece.begin + piece.length)
-    per_run = _values(job, plan.per_run, plan.lanes, part.p.T)
+    in_tables = [i for place in plan.tables for i in nodes[place].operands]
+    per_run = _values(job, plan.per_run, (*plan.lanes, *in_tables), part.p.T)
     per_step = _values(job, plan.behind_table + plan.per_step, plan.table, part.p[0], steps.astype(float))
     timed = {node: np.broadcast_to(value, len(steps)) for node, value in per_step.items()}
     moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k", "d")}

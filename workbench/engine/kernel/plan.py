@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Generic, NamedTuple
+from typing import Generic
 
 from workbench.core import StepMap
 from workbench.engine.kernel.branches import BlockBranch, schedule
@@ -13,7 +14,7 @@ from workbench.engine.kernel.casadi_to_graph import read, read_segments
 from workbench.engine.kernel.graph import ARRAYS, Graph, GraphLoop, Level, Node, length
 from workbench.engine.kernel.graph_rewriting import rewrite
 from workbench.engine.kernel.loop_emission import room_of
-from workbench.engine.kernel.step_graph import step_graph
+from workbench.engine.kernel.step_graph import SegmentPlaces, step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
 from workbench.engine.machines.loop_machine import Adopt, BranchingMachine, LoopingMachine, LoopShape, Part, Pass
@@ -23,16 +24,6 @@ from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 OF_ARRAYS = frozenset((*ARRAYS, "loop", "item"))
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
-
-
-class SegmentPlaces(NamedTuple):
-    """The places of the results of a step that may have several segments."""
-
-    several: int
-    start: tuple[int, ...]  # the states at the begin of the first
-    more: int  # whether another segment follows one that begins at s in the state z
-    end: int  # where that one ends
-    ends: tuple[int, ...]  # the states there
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +59,10 @@ class KernelPlan:
         numbers, per_run, per_step, inside = (tuple(group) for group in groups.values())
         within = graph.of_segments
         inside, aside = (tuple(i for i in inside if (i in within) is there) for there in (False, True))
+        moved = [i for i in inside + aside if i not in graph.tables]
         used, needed = (
             {i for place in places for i in graph.nodes[place].operands if not _is_plain(graph.nodes[i])}
-            for places in (inside + aside, per_run + per_step + inside + aside)
+            for places in (moved, (*per_run, *per_step, *moved))
         )
         used |= {place for place in graph.results if not _is_plain(graph.nodes[place])}
         return KernelPlan(
@@ -105,6 +97,13 @@ class KernelPlan:
         return tuple(i for i in self.inside if nodes[i].op == "array" and moving.isdisjoint(nodes[i].operands))
 
     @cached_property
+    def tables(self) -> Mapping[int, int]:
+        """The arrays of constants alone, with the places at which they begin behind `numbers` in `constants`."""
+        sizes = [(i, len(self.graph.nodes[i].operands)) for i in self.fixed_arrays if i in self.graph.tables]
+        ends = itertools.accumulate((size for _, size in sizes), initial=len(self.numbers))
+        return {i: end for (i, _), end in zip(sizes, ends, strict=False)}
+
+    @cached_property
     def behind_table(self) -> tuple[int, ...]:
         """The nodes made once a run that the table needs."""
         return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
@@ -112,7 +111,8 @@ class KernelPlan:
     def constants(self, h: float) -> tuple[float, ...]:
         """The numbers that a kernel is handed, for steps of length h [s]."""
         values = self.graph.numbers(h)
-        return tuple(values[place] for place in self.numbers)
+        in_tables = (i for place in self.tables for i in self.graph.nodes[place].operands)
+        return tuple(values[i] for i in (*self.numbers, *in_tables))
 
     @cached_property
     def constant_places(self) -> Mapping[int, int]:

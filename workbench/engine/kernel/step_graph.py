@@ -9,6 +9,16 @@ from workbench.core.methods import RK4, Method
 from workbench.engine.kernel.graph import Graph, Nodes
 
 
+class SegmentPlaces(NamedTuple):
+    """The places of the results of a step that may have several segments."""
+
+    several: int
+    start: tuple[int, ...]  # the states at the begin of the first
+    more: int  # whether another segment follows one that begins at s in the state z
+    end: int  # where that one ends
+    ends: tuple[int, ...]  # the states there
+
+
 def step_graph(graph: Graph, rates: int, segments: Graph | None = None, method: Method = RK4) -> Graph:
     """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged.
 

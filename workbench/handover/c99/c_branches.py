@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from workbench.engine.kernel.graph import Graph, length
+from workbench.engine.kernel.graph import Graph
 from workbench.engine.machines.operations import OPERATIONS
-from workbench.handover.c99.c_loops import OF_ARRAYS
 
 LEAST = 4  # operations on both sides, for which a branch is written
 CHOICE = "if_else"
@@ -68,7 +67,9 @@ def branches_of(graph: Graph, ends: Sequence[int], outer_places: Collection[int]
         if not _is_safe(graph, users, branch):
             branch = _branch(graph, users, choices, outside, {})
         inside = {place for side in branch.sides for place in side}
-        if sum(graph.nodes[i].op in OPERATIONS for i in inside) >= LEAST and not _is_circular(graph, branches, branch):
+        if sum(
+            LEAST if graph.nodes[i].loop else graph.nodes[i].op in OPERATIONS for i in inside
+        ) >= LEAST and not _is_circular(graph, branches, branch):
             branches |= dict.fromkeys(choices, branch)
             taken |= inside
     return branches
@@ -155,7 +156,10 @@ def _carried_entry(graph: Graph, place: int) -> int | None:
 
 def _is_safe(graph: Graph, users: Mapping[int, list[int]], branch: Branch) -> bool:
     """True if carried numbers that are kept may be written within the branch: nothing reads them elsewhere."""
-    return all(set(users[graph.nodes[i].operands[2]]) <= {*branch.sides[0], i} for i in branch.kept_numbers)
+    arrays = {graph.nodes[graph.nodes[i].operands[2]].operands[0] for i in branch.kept_numbers}
+    readers = {user for array in arrays for user in users[array] if graph.nodes[user].op != "item"}
+    kept = all(set(users[graph.nodes[i].operands[2]]) <= {*branch.sides[0], i} for i in branch.kept_numbers)
+    return kept and readers <= set(branch.sides[0])
 
 
 def _branch(
@@ -194,7 +198,7 @@ def _side(
     roots = [graph.nodes[place].operands[1 + side] for place in choices if side == 0 or place not in numbers]
     for place in reversed(graph.before(roots)):
         node = graph.nodes[place]
-        is_made_outside = place in outside or place in ends or node.op in OF_ARRAYS or length(node)
+        is_made_outside = place in outside or place in ends
         if node.operands and not is_made_outside and all(is_inside(user, place) for user in users[place]):
             own.add(place)
     return sorted(own)
