@@ -15,14 +15,14 @@ from workbench.blocks.laws.predictive_ports import (
     refuse_other_signals,
     safe_inputs,
 )
-from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period
+from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period, lqr_rows, rows_of_stage
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import known_name, refusal, whole
+from workbench.core.validation.refusals import Array, known_name, refusal, whole
 
 
 @block
@@ -67,8 +67,12 @@ class ModelPredictive(AbstractController):
         How far a sweep may pass a limit, in distances between the limits of its row. For ADMM, the relaxation.
     x0, u0
         The rest, in the units of `states` and `inputs`.
+    Y
+        The rows (N nc, nx) of the LQR law at all stages, from a state. Like `D` it is no parameter of the equations.
     follow
         Names of the states whose reference replaces their value in x0.
+    D
+        D diag(sigma)^-1 - I (N nc, N nc) of the dual matrix; None where passes over the stages are cheaper.
     gains, inverses
         Gains (N nu, nx) and inverse weights (N nu, nu) of the stages for ADMM; None for sweeps in the metric.
     rates
@@ -117,7 +121,9 @@ class ModelPredictive(AbstractController):
     cap: float = parameter(unit="1", is_derived=True)
     x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", is_derived=True)
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", is_derived=True)
+    Y: Array
     follow: tuple[str, ...] = ()
+    D: Array | None = None
     gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)
     inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), is_derived=True)
     rates: bool = False
@@ -223,12 +229,13 @@ class ModelPredictive(AbstractController):
         e, at, push, valid = about
         v, shifted = self._first_input(answer, about), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
         after = self.A @ (e - at) + self.B @ (v - push)
-        rows, closed, rest = self.F - self.E @ self.K, self.A - self.B @ self.K, self.F @ at + self.E @ push
+        rest = self.F @ at + self.E @ push
 
-        def about_lqr(e: ca.SX, row: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-            return ca.if_else(outside, closed @ e, e), ca.if_else(outside, row - rows @ e - rest, 0.0)
+        def about_lqr(none: ca.SX, row: ca.SX, Y: ca.SX, e: ca.SX, outside: ca.SX, rest: ca.SX) -> tuple[ca.SX, ...]:
+            return none, ca.if_else(outside, row - rows_of_stage(Y, e) - rest, 0.0)
 
-        _, plan = bounded_loop(self.horizon, about_lqr, after, shifted, constants=(answer.outside,))
+        constants = after, answer.outside, rest
+        _, plan = bounded_loop(self.horizon, about_lqr, ca.SX(0, 1), shifted, lqr_rows(self), constants=constants)
         following = {"plan": ca.vec(plan), "residual": answer.residual, "worst": ca.fmax(z["worst"], answer.residual)}
         if valid is not None:
             following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}

@@ -9,6 +9,7 @@ import casadi as ca
 
 from workbench.core.block import Matrix, Vector
 from workbench.core.bounded_loop import bounded_loop
+from workbench.core.validation.refusals import Array
 
 
 class SweepNumbers(Protocol):
@@ -45,6 +46,10 @@ class SweepNumbers(Protocol):
     @property
     def cap(self) -> float: ...
     @property
+    def Y(self) -> Array: ...
+    @property
+    def D(self) -> Array | None: ...
+    @property
     def gains(self) -> Matrix: ...
     @property
     def inverses(self) -> Matrix: ...
@@ -64,30 +69,66 @@ class PeriodAnswer(NamedTuple):
 
 def answer_of_period(law: SweepNumbers, plan: ca.SX, e: ca.SX, rest: ca.SX) -> PeriodAnswer:
     """The answer at a state e (nx, 1), from the plan (nc, N) of the period before and the rows (nc, 1) of the rest."""
-    nx, rows, closed = e.numel(), law.F - law.E @ law.K, law.A - law.B @ law.K
     one = metric_sweep if law.gains is None else admm_sweep
 
-    def start(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
-        answer = rows @ c[:nx] + rest
-        passes = ca.logic_or(answer < law.low, answer > law.high)
-        return ca.vertcat(closed @ c[:nx], ca.fmax(c[nx], ca.mmax(passes))), answer, own + answer
+    def start(outside: ca.SX, own: ca.SX, Y: ca.SX, e: ca.SX, rest: ca.SX) -> tuple[ca.SX, ...]:
+        answer = rows_of_stage(Y, e) + rest
+        passes = _any(ca.logic_or(answer < law.low, answer > law.high))
+        return ca.if_else(passes, 1.0, outside), answer, own + answer
 
     def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
         return (ca.if_else(outside, ca.vertcat(*one(law, ca.reshape(both[:-1], *plan.shape), lqr)), both),)
 
-    end, lqr, zeta = bounded_loop(law.horizon, start, ca.vertcat(e, 0.0), plan)
-    (both,) = bounded_loop(law.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(lqr, end[nx]))
-    return PeriodAnswer(both[:-1], lqr, both[-1], end[nx])
+    outside, lqr, zeta = bounded_loop(law.horizon, start, ca.SX(0.0), plan, lqr_rows(law), constants=(e, rest))
+    (both,) = bounded_loop(law.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(lqr, outside))
+    return PeriodAnswer(both[:-1], lqr, both[-1], outside)
+
+
+def lqr_rows(law: SweepNumbers) -> ca.SX:
+    """The rows Y of the LQR law with those of a stage in a column (nc nx, N), for `rows_of_stage`."""
+    return _by_stage(law.Y, law.horizon)
+
+
+def rows_of_stage(Y: ca.SX, e: ca.SX) -> ca.SX:
+    """The rows (nc, 1) of a stage under the LQR law from a state e (nx, 1)."""
+    return ca.reshape(Y, -1, e.numel()) @ e
 
 
 def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """The next zeta (N nc, 1) by a step in the metric, and the residual of the one that came.
-
-    The passes are left out over stages at which nothing acts.
-    """
-    (_, nx), nc, N, r = law.K.shape, law.low.shape[0], law.horizon, law.L.shape[0]
-    rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
+    """The next zeta (N nc, 1) by a step in the metric, and the residual of the one that came."""
+    nc, N, r = law.low.shape[0], law.horizon, law.L.shape[0]
     shares = _inverse_spans(law)
+    gap, acts = (gap_by_stages if law.D is None else gap_by_columns)(law, zeta, answer)
+    modes = (_by_stage(law.W, N),) if r else ()
+    t = (_solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)),) if r else ()
+
+    def without_modes(most: ca.SX, own: ca.SX, gap: ca.SX, *modes: ca.SX) -> tuple[ca.SX, ...]:
+        step = gap - ca.reshape(modes[0], nc, r) @ modes[1] if r else gap
+        above = ca.if_else(own <= law.high, own + step - law.high, 0.0)  # it was not above before
+        below = ca.if_else(own >= law.low, law.low - own - step, 0.0)
+        beyond, largest = most[0], most[1]
+        for i in range(nc):
+            beyond = _larger(beyond, _larger(above[i], below[i]) * shares[i])
+            largest = _larger(largest, ca.fabs(gap[i]) * shares[i])
+        return ca.vertcat(beyond, largest), step
+
+    most, change = bounded_loop(N, without_modes, ca.SX.zeros(2), zeta, gap, *modes, constants=t)
+    scale = ca.fmin(1.0, law.cap / ca.fmax(most[0], law.cap))
+
+    def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:
+        return none, own + step * share
+
+    _, following = bounded_loop(N, take, ca.SX(0, 1), zeta, change, constants=(scale,))
+    return ca.vec(following), most[1]
+
+
+def gap_by_stages(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The gap y - v (nc, N) of all rows, and 1 / sigma of those that act (nc, N), else 0.
+
+    It takes a pass backward and one forward, which are left out over stages at which nothing acts.
+    """
+    (_, nx), N = law.K.shape, law.horizon
+    rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
 
     def back(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
         p, above = c[:nx], c[nx]
@@ -101,32 +142,27 @@ def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, 
 
     first, moves, kept, acts = bounded_loop(N, back, ca.SX.zeros(nx + 1), zeta, backward=True)
 
-    def forth(c: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
-        e, largest = c[:nx], c[nx]
+    def forth(e: ca.SX, d: ca.SX, own: ca.SX, lqr: ca.SX, some: ca.SX) -> tuple[ca.SX, ...]:
         gap = lqr - ca.if_else(some, rows @ e + law.E @ d, 0.0) - own
-        after = ca.if_else(some, closed @ e + law.B @ d, e)
-        return ca.vertcat(after, ca.fmax(largest, ca.mmax(ca.fabs(gap) * shares))), gap
+        return ca.if_else(some, closed @ e + law.B @ d, e), gap
 
-    end, gap = bounded_loop(N, forth, ca.SX.zeros(nx + 1), moves, kept, answer, constants=(first[nx],))
-    modes = (_by_stage(law.W, N),) if r else ()
-    t = (ca.if_else(first[nx], _solve_quasidefinite(law.L, *_active_sums(law, gap, acts, *modes)), 0.0),) if r else ()
+    _, gap = bounded_loop(N, forth, ca.SX.zeros(nx), moves, kept, answer, constants=(first[nx],))
+    return gap, acts
 
-    def without_modes(most: ca.SX, own: ca.SX, step: ca.SX, *modes: ca.SX) -> tuple[ca.SX, ...]:
-        step = step - ca.if_else(modes[2], ca.reshape(modes[0], nc, r) @ modes[1], 0.0) if r else step
-        above = ca.if_else(own <= law.high, ca.fmax(own + step - law.high, 0.0), 0.0)  # it was not above before
-        below = ca.if_else(own >= law.low, ca.fmax(law.low - own - step, 0.0), 0.0)
-        return ca.fmax(most, ca.mmax(ca.fmax(above, below) * shares)), step
 
-    beyond, change = bounded_loop(
-        N, without_modes, ca.SX(0.0), zeta, gap, *modes, constants=(*t, first[nx]) if r else ()
-    )
-    scale = ca.fmin(1.0, law.cap / ca.fmax(beyond, law.cap))
+def gap_by_columns(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The same from the columns of D at the stages at which a row acts: y - v = y0 - zeta - D (zeta - v)."""
+    nc, M, N = law.low.shape[0], zeta.numel(), law.horizon
 
-    def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:
-        return none, own + step * share
+    def take_columns(gap: ca.SX, own: ca.SX, columns: ca.SX) -> tuple[ca.SX, ...]:
+        beyond = ca.if_else(own > law.high, own - law.high, ca.if_else(own < law.low, own - law.low, 0.0))
+        acts = beyond != 0.0
+        gap = ca.if_else(_any(acts), gap - ca.reshape(columns, M, nc) @ beyond, gap)
+        return gap, ca.if_else(acts, 1 / law.sigma, 0.0)
 
-    _, following = bounded_loop(N, take, ca.SX(0, 1), zeta, change, constants=(scale,))
-    return ca.vec(following), end[nx]
+    columns = ca.reshape(ca.SX(law.D), M * nc, N)
+    gap, acts = bounded_loop(N, take_columns, ca.vec(answer - zeta), zeta, columns)
+    return ca.reshape(gap, nc, N), acts
 
 
 def _active_sums(law: SweepNumbers, gap: ca.SX, acts: ca.SX, modes: ca.SX) -> tuple[list[tuple[int, int]], ca.SX]:
@@ -188,6 +224,11 @@ def _by_stage(numbers: Matrix, horizon: int) -> ca.SX:
 def _inverse_spans(law: SweepNumbers) -> ca.SX:
     """1 / (high - low) of the rows (nc, 1), zero where a limit is missing."""
     return ca.SX(1.0) / (ca.SX(law.high) - ca.SX(law.low))
+
+
+def _larger(a: ca.SX, b: ca.SX) -> ca.SX:
+    """The larger of two numbers; of a number and NaN behind it, the number."""
+    return ca.if_else(b > a, b, a)
 
 
 def _any(truths: ca.SX) -> ca.SX:

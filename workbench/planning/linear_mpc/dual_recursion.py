@@ -21,6 +21,8 @@ from workbench.planning.linear_mpc.array_doors import finite_batch, finite_vecto
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 
+MOST_ROWS = 64  # of a law with the dense matrix, whose numbers take 32 KB then
+
 
 @dataclass(frozen=True, eq=False)
 @show
@@ -133,3 +135,14 @@ def operation_count(numbers: SplittingNumbers) -> OperationCount:
     return OperationCount(
         dense, N * stage, metric, sweep, period, numbers.sweeps * (2 * r + 1), numbers.sweeps * 5 * M, M
     )
+
+
+def columns_of_sweep(numbers: SplittingNumbers) -> Array | None:
+    """D diag(sigma)^-1 - I (M, M), of which a sweep takes the columns of rows that act; None if the passes are cheaper.
+
+    It is None for ADMM, too, and beyond `MOST_ROWS` rows.
+    """
+    count, M = operation_count(numbers), len(numbers.sigma)
+    if numbers.method == ADMM or M > MOST_ROWS or count.dense > count.recursion:
+        return None
+    return np.asarray(numbers.matrix / numbers.sigma - np.eye(M))

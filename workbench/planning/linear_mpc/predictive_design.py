@@ -17,7 +17,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import one_thread
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
-from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
+from workbench.planning.linear_mpc.dual_recursion import columns_of_sweep, recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.law_claims import law_claims
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
@@ -108,6 +108,8 @@ class PredictiveDesign:
             "cap": numbers.cap,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(nu) if self.problem.u0 is None else self.problem.u0,
+            "Y": numbers.Y,
+            "D": columns_of_sweep(numbers),
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
