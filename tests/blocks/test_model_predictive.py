@@ -1,5 +1,7 @@
 """The predictive law in the graph: its reference in NumPy, LQR where no limit acts, delays, and bad arguments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,20 @@ def test_the_law_in_a_loop_is_the_splitting_in_numpy(options):
         memory, sent = answer.memory, answer.u[:extra] if extra else sent
         np.testing.assert_allclose(forces[k], answer.u[0], rtol=0, atol=1e-10)  # of some 10^4 roundings
     assert np.abs(forces).max() == pytest.approx(3.0)  # the limit acts
+
+
+def test_columns_of_the_dual_matrix_and_passes_over_the_stages_are_one_sweep():
+    plant, design = wb.CartPole(phi=0.2), cart_design()
+    law = wb.ModelPredictive.of(plant, design)
+    forces = [
+        wb.simulate(
+            wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=one).digital(0.02).step(1), until=1.0
+        )["F"]
+        for one in (law, replace(law, D=None))
+    ]
+    assert law.D is not None
+    assert np.abs(forces[0]).max() == pytest.approx(3.0)  # the limit acts
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-9)  # of some 10^4 roundings
 
 
 def test_the_law_records_the_plan_that_it_follows():

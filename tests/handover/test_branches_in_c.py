@@ -116,6 +116,11 @@ def test_what_acts_nowhere_is_left_out_of_a_predictive_law():
     assert len(branches(source)) == 5  # back, forth, sums, the small system, and the plan of the next period
 
 
+def test_all_sweeps_are_left_out_where_lqr_keeps_the_limits():
+    source = c_code(predictive()[1], "law").source
+    assert re.search(r"for \(int (pass_\d+) = 0; \1 < 3; \+\+\1\) \{\n +if \(w_\d+ != 0\.0\) \{\n", source)
+
+
 def test_numbers_of_a_table_and_the_memory_are_not_copied():
     loop, law = predictive()
     source = c_code(law, "law").source
