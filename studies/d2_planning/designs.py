@@ -127,6 +127,7 @@ def predictive_law(problem: Problem, knobs: Knobs, sweeps: int = SWEEPS) -> Targ
         cap=numbers.cap,
         x0=np.zeros(plant.states.size),
         u0=np.zeros(plant.inputs.size),
+        Y=numbers.Y,
     )
     return TargetPredictive(target_of(problem), inner).run_every(problem.period)
 
@@ -169,7 +170,14 @@ def proposed_law(problem: Problem, knobs: Knobs) -> wb.Controller:
 LOAD = Knob("load", 0.1, 10.0)  # of the observer: how fast the disturbance is assumed to change
 INPUTS, RATES = Knob("inputs", 1e-3, 10.0), Knob("rates", 1e-3, 1.0)
 LAWS = (
-    Law("mpc", "MPC", (LOAD, INPUTS, RATES), ("law.K", "law.S", "law.sigma", "law.W", "law.L"), predictive_law, 0),
+    Law(
+        "mpc",
+        "MPC",
+        (LOAD, INPUTS, RATES),
+        ("law.K", "law.S", "law.sigma", "law.W", "law.L", "law.Y"),
+        predictive_law,
+        0,
+    ),
     Law(
         "governor",
         "LQR + governor",

@@ -13,6 +13,7 @@ from workbench.engine.kernel.kept_rows import nodes_of_steps, states_of_rows
 from workbench.engine.kernel.plan import KernelPlan
 
 pytestmark = needs_llvmlite
+NUMBERS = np.linspace(0.1, 1.2, 12)
 
 
 def names_of_rows(step):
@@ -62,13 +63,19 @@ def test_two_loops_read_what_a_third_one_carries():
     np.testing.assert_allclose(end, simulate(plain, until=1.0, every=0.5).x, rtol=1e-12)  # of some 100 roundings
 
 
-def test_constants_that_a_loop_reads_are_a_table():
-    x, numbers = ca.SX.sym("x", 1), np.array([[0.1, 0.0, 1.0, 0.7], [0.3, 0.1, 0.5, 2.0]])
-    end, _ = bounded_loop(4, lambda c, row: (c + row[0] * ca.sin(row[1] * x), c), ca.SX(0.0), ca.SX(numbers))
-    step = system([-end], x, (0.4,))
-    plan = KernelPlan.of_step(step, ())
-    ((_, first),) = plan.tables.items()
-    assert plan.constants(step.h)[first:] == tuple(numbers.ravel(order="F"))
-    written = sum((a * ca.sin(b * x) for a, b in numbers.T), ca.SX(0.0))
-    plain = simulate(system([-written], x, (0.4,)), until=1.0, every=0.5).x
-    np.testing.assert_allclose(same_bits(step), plain, rtol=1e-12)  # of some 100 roundings
+@pytest.mark.parametrize("runs", [1, 3])
+@pytest.mark.parametrize("arithmetic", ["fused", "portable"])
+def test_parameters_that_a_loop_reads_are_a_table_unless_they_vary(runs, arithmetic):
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 1), ca.SX.sym("p", 12)
+    end, _ = bounded_loop(6, lambda c, row: (c + row[0] * ca.sin(row[1] * x), c), ca.SX(0.0), ca.reshape(p, 2, 6))
+    states, parameters = (Layout((Entry(name, value),)) for name, value in (("x", np.array(0.4)), ("p", NUMBERS)))
+    step = rk4(Ode.of("table", states, parameters, (t, x, p), {"x": -end}, {}), 0.1)
+    values = step.parameters.pack({"p": np.tile(NUMBERS, (runs, 1))})
+    values[:, 3] += np.arange(runs)
+    plan = KernelPlan.of_step(step, () if runs == 1 else (3,))
+    assert [*plan.entries_of_tables.values()] == ([list(range(12))] if runs == 1 else [])
+    span = {"until": 1.0, "every": 0.5, "arithmetic": arithmetic}
+    numpy, native = (simulate(step, values, engine=engine, **span).x for engine in ("numpy", "native"))
+    np.testing.assert_array_equal(numpy.view(np.uint64), native.view(np.uint64))
+    casadi = simulate(step, values, until=1.0, every=0.5, arithmetic="casadi").x
+    np.testing.assert_allclose(native, casadi, rtol=1e-12)  # of some 100 roundings

@@ -221,7 +221,8 @@ class Layout:
         """Raise a ValueError if a number in rows (B, size) is not finite or out of its bounds."""
         if rows.ndim != 2 or rows.shape[1] != self.size:
             raise ValueError(f"`check(rows)` takes rows (B, {self.size}); got shape {rows.shape}.")
-        if self._ends is not None and ((rows >= self._ends[0]) & (rows <= self._ends[1])).all():
+        ends = self._ends
+        if not len(rows) or (ends and (rows.min(0) >= ends[0]).all() and (rows.max(0) <= ends[1]).all()):
             return  # at once: entry by entry takes as long as some runs
         for entry in self.entries:
             block = rows[:, self._slices[entry.name]]

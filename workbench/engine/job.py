@@ -62,7 +62,7 @@ class Job:
     def varied_parameters(self) -> tuple[int, ...]:
         """The parameters that have not the same bits in all runs."""
         bits = self.p.view(np.uint64)  # 0 and -0 are two numbers
-        return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
+        return tuple(int(i) for i in np.flatnonzero(bits.min(axis=0) != bits.max(axis=0)))
 
     def part(self, places: Integers, stride: int, begin: int) -> Job:
         """The job of some of the runs, from another step on."""

@@ -22,7 +22,7 @@ from workbench.core.block import Matrix, Number, Vector
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import Array, known_name, refusal, whole
+from workbench.core.validation.refusals import known_name, refusal, whole
 
 
 @block
@@ -68,7 +68,7 @@ class ModelPredictive(AbstractController):
     x0, u0
         The rest, in the units of `states` and `inputs`.
     Y
-        The rows (N nc, nx) of the LQR law at all stages, from a state. Like `D` it is no parameter of the equations.
+        The rows (N nc, nx) of the LQR law at all stages, from a state.
     follow
         Names of the states whose reference replaces their value in x0.
     D
@@ -121,9 +121,9 @@ class ModelPredictive(AbstractController):
     cap: float = parameter(unit="1", is_derived=True)
     x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", is_derived=True)
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", is_derived=True)
-    Y: Array
+    Y: Matrix = parameter(unit=ANY, shape=("M", "nx"), is_derived=True)
     follow: tuple[str, ...] = ()
-    D: Array | None = None
+    D: Matrix = parameter(default=None, unit=ANY, shape=("M", "M"), is_derived=True)
     gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)
     inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), is_derived=True)
     rates: bool = False

@@ -9,7 +9,6 @@ import casadi as ca
 
 from workbench.core.block import Matrix, Vector
 from workbench.core.bounded_loop import bounded_loop
-from workbench.core.validation.refusals import Array
 
 
 class SweepNumbers(Protocol):
@@ -46,9 +45,9 @@ class SweepNumbers(Protocol):
     @property
     def cap(self) -> float: ...
     @property
-    def Y(self) -> Array: ...
+    def Y(self) -> Matrix: ...
     @property
-    def D(self) -> Array | None: ...
+    def D(self) -> Matrix | None: ...
     @property
     def gains(self) -> Matrix: ...
     @property

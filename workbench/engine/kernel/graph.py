@@ -105,15 +105,6 @@ class Graph:
         return values
 
     @cached_property
-    def tables(self) -> frozenset[int]:
-        """The arrays of numbers that change with the length of the step alone."""
-        return frozenset(
-            place
-            for place, node in enumerate(self.nodes)
-            if node.op == "array" and all(self.levels[i] is Level.LENGTH for i in node.operands)
-        )
-
-    @cached_property
     def of_segments(self) -> frozenset[int]:
         """The nodes that depend on where a segment begins, and in which state."""
         found: set[int] = set()

@@ -117,9 +117,25 @@ class AbstractLoopEmission(ABC):
             return self.broadcast(array, place)
         return self.registers[array][place] if array in self.registers else self.lane(array, place)
 
-    def part(self, array: str, start: int | str, size: int = 1, is_table: bool = False) -> str:
+    def table(self, base: str, places: Sequence[int]) -> str:
+        """The array of the numbers at some places of an array of vectors, which are the same in all lanes."""
+        table = self._reserve(-(-len(places) // self.width))
+        self.room.tables.add(table)
+        for _, group in itertools.groupby(enumerate(places), lambda one: one[1] - one[0]):
+            (to, first), *others = group
+            source, target = self.line(f"getelementptr {self.type}, ptr {base}, i64 {first}"), self.part(table, to)
+
+            def entry(k: str, source: str = source, target: str = target) -> None:
+                pointer = self.line(f"getelementptr {self.type}, ptr {source}, i64 {k}")
+                number = self.line(f"load double, ptr {pointer}, align 8")
+                self.lines.append(f"  store double {number}, ptr {self.part(target, k)}")
+
+            self._repeat(1 + len(others), entry)
+        return table
+
+    def part(self, array: str, start: int | str, size: int = 1) -> str:
         """The part of an array in memory from a multiple of a size on."""
-        is_table = is_table or array in self.room.tables
+        is_table = array in self.room.tables
         part = self.line(f"getelementptr [{size} x {'double' if is_table else self.type}], ptr {array}, i64 {start}")
         if is_table:
             self.room.tables.add(part)

@@ -58,7 +58,7 @@ block:                                            ; {width} runs side by side
 {prepare}
   br label %row_begins
 row_begins:
-  %j = phi i64 [ 0, %block ], [ %j1, %{kept} ]
+  %j = phi i64 [ 0, %{prepared} ], [ %j1, %{kept} ]
   %past = mul i64 %j, %stride
   br label %enter
 enter:
@@ -181,6 +181,7 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
         **_recorded_parts(plan),
         states="\n".join(states),
         prepare=before,
+        prepared=before.block,
         enter=enter,
         body=body,
         segments=segments,
@@ -195,9 +196,9 @@ def _make_per_run(plan: KernelPlan, before: Emission, body: Emission) -> None:
     """The numbers and arrays that are made once a run, and found by the body in memory."""
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
-    before.evaluation.arrays |= {i: before.part("%constants", at, is_table=True) for i, at in plan.tables.items()}
     before.evaluation.make(plan.fixed_arrays)
-    body.evaluation.arrays |= {place: before.evaluation.arrays[place] for place in plan.fixed_arrays}
+    before.evaluation.arrays |= {i: before.table("%p_here", own) for i, own in plan.entries_of_tables.items()}
+    body.evaluation.arrays |= before.evaluation.arrays
 
 
 def _sizes(plan: KernelPlan, width: int) -> dict[str, int]:

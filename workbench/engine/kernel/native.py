@@ -98,7 +98,10 @@ def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: lis
         return _align(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
-    p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
+    state, keys, p = lanes(x[:, stage[0].start]), job.runs[lot][fill], _room(blocks, len(plan.parameters), width)
+    p[...] = job.p[lot.start, list(plan.parameters), np.newaxis]
+    for i in plan.parameters.keys() & set(job.varied_parameters):
+        p[:, plan.parameters[i]] = job.p[lot, i][fill].reshape(blocks, width)
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(plan.scratch, width), _room(groups, len(plan.table), width)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -39,6 +38,7 @@ class KernelPlan:
     states: int  # the first results, x+
     lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
     table: tuple[int, ...]  # the same, made once a step
+    tables: tuple[int, ...]  # the arrays of parameters that are equal in all runs, of which there is one copy
     record_size: int = 0  # numbers of a step that are recorded
 
     @staticmethod
@@ -57,9 +57,11 @@ class KernelPlan:
         for place, level in enumerate(graph.levels):
             groups[Level.STATE if level is Level.TIME and place in moving else level].append(place)
         numbers, per_run, per_step, inside = (tuple(group) for group in groups.values())
-        within = graph.of_segments
+        within, still = graph.of_segments, {i for i, n in enumerate(graph.nodes) if n.op == "p" and i not in moving}
         inside, aside = (tuple(i for i in inside if (i in within) is there) for there in (False, True))
-        moved = [i for i in inside + aside if i not in graph.tables]
+        arrays = (i for i in inside if graph.nodes[i].op == "array")
+        tables = tuple(i for i in arrays if all(j in still for j in graph.nodes[i].operands))
+        moved = [i for i in inside + aside if i not in tables]
         used, needed = (
             {i for place in places for i in graph.nodes[place].operands if not _is_plain(graph.nodes[i])}
             for places in (moved, (*per_run, *per_step, *moved))
@@ -75,6 +77,7 @@ class KernelPlan:
             states,
             tuple(i for i in numbers + per_run if i in used),
             tuple(i for i in per_step if i in used),
+            tables,
             record_size,
         )
 
@@ -92,16 +95,16 @@ class KernelPlan:
 
     @cached_property
     def fixed_arrays(self) -> tuple[int, ...]:
-        """The arrays of numbers that are all made once a run."""
+        """The arrays of numbers that are all made once a run, but tables."""
         moving, nodes = {*self.inside, *self.aside, *self.per_step}, self.graph.nodes
-        return tuple(i for i in self.inside if nodes[i].op == "array" and moving.isdisjoint(nodes[i].operands))
+        arrays = (i for i in self.inside if nodes[i].op == "array" and i not in self.tables)
+        return tuple(i for i in arrays if moving.isdisjoint(nodes[i].operands))
 
     @cached_property
-    def tables(self) -> Mapping[int, int]:
-        """The arrays of constants alone, with the places at which they begin behind `numbers` in `constants`."""
-        sizes = [(i, len(self.graph.nodes[i].operands)) for i in self.fixed_arrays if i in self.graph.tables]
-        ends = itertools.accumulate((size for _, size in sizes), initial=len(self.numbers))
-        return {i: end for (i, _), end in zip(sizes, ends, strict=False)}
+    def entries_of_tables(self) -> Mapping[int, list[int]]:
+        """The places of the numbers of each table among the parameters that a kernel is handed."""
+        nodes = self.graph.nodes
+        return {place: [self.parameters[nodes[i].entry] for i in nodes[place].operands] for place in self.tables}
 
     @cached_property
     def behind_table(self) -> tuple[int, ...]:
@@ -111,8 +114,7 @@ class KernelPlan:
     def constants(self, h: float) -> tuple[float, ...]:
         """The numbers that a kernel is handed, for steps of length h [s]."""
         values = self.graph.numbers(h)
-        in_tables = (i for place in self.tables for i in self.graph.nodes[place].operands)
-        return tuple(values[i] for i in (*self.numbers, *in_tables))
+        return tuple(values[place] for place in self.numbers)
 
     @cached_property
     def constant_places(self) -> Mapping[int, int]:

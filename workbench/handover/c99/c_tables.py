@@ -12,20 +12,16 @@ from workbench.engine.kernel.graph import Graph
 from workbench.handover.c99.c_names import Member, Variables, comment
 from workbench.handover.c99.c_request import Request
 
-LEAST, A_LINE = 8, 4  # entries of a table, and of one of its lines
+LEAST = 8  # entries of a table
 INDEX = re.compile(r"(.*)\[(\d+)\]")
 
 
 class LawArrays(NamedTuple):
-    """The texts of arrays by their nodes, the nodes that only they need, and the lines that declare tables.
-
-    `lines` are for tables of parameters, and `constants` for tables of constants of the equations.
-    """
+    """The texts of arrays by their nodes, the nodes that only they need, and the lines that declare tables."""
 
     texts: Mapping[int, str]
     inside: frozenset[int]
     lines: tuple[str, ...]
-    constants: tuple[str, ...]
 
 
 def arrays_of(
@@ -34,7 +30,7 @@ def arrays_of(
     """The arrays of a law's graph that are made of numbers of the law, or of memory in its order, alone."""
     users = Counter(i for place in graph.before(graph.results) for i in graph.nodes[place].operands)
     users.update(graph.results)
-    texts, lines, constants, inside = dict[int, str](), list[str](), list[str](), set[int]()
+    texts, lines, inside = dict[int, str](), list[str](), set[int]()
     values = request.law.parameters.default.tolist()
     for place in graph.before(graph.results):
         node = graph.nodes[place]
@@ -49,16 +45,13 @@ def arrays_of(
             text = ""
             if is_built_in and all(math.isfinite(values[i]) for i in own):
                 text = names.new(f"{parameters[own[0]].variable.partition('_')[0]}_table")
-                lines += _table(request, text, len(own), [_member_line(request, parameters[i]) for i in own])
-        elif all(one.op == "const" and math.isfinite(one.value) for one in parts):
-            text = names.new("constants")
-            constants += _table(request, text, len(parts), _number_lines(request, [one.value for one in parts]))
+                lines += _table(request, text, [parameters[i] for i in own])
         else:
             continue
         if text:
             texts[place] = text
             inside |= {i for i in node.operands if users[i] == 1}
-    return LawArrays(texts, frozenset(inside), tuple(lines), tuple(constants))
+    return LawArrays(texts, frozenset(inside), tuple(lines))
 
 
 def _part_of_memory(sources: Sequence[str]) -> str:
@@ -73,18 +66,8 @@ def _part_of_memory(sources: Sequence[str]) -> str:
     return f"{name} + {first}" if first else name
 
 
-def _table(request: Request, name: str, size: int, lines: Sequence[str]) -> list[str]:
-    """The declaration of a table from the lines of its numbers."""
-    return [f"static const {request.real.type} {name}[{size}] = {{", *(f"    {line}" for line in lines), "};"]
-
-
-def _member_line(request: Request, member: Member) -> str:
-    """The line of a parameter."""
+def _table(request: Request, name: str, members: Sequence[Member]) -> list[str]:
+    """The declaration of a table, with a line for each number."""
     cast = "" if request.real.type == "double" else f"({request.real.type})"
-    return f"{cast}{member.source}, /* {comment(member.label)} */"
-
-
-def _number_lines(request: Request, values: Sequence[float]) -> list[str]:
-    """The lines of numbers."""
-    texts = [request.real.literal(value) for value in values]
-    return [f"{', '.join(texts[i : i + A_LINE])}," for i in range(0, len(texts), A_LINE)]
+    lines = [f"    {cast}{source}, /* {comment(label)} */" for _, source, label in members]
+    return [f"static const {request.real.type} {name}[{len(members)}] = {{", *lines, "};"]

@@ -21,7 +21,6 @@ from workbench.handover.c99.c_request import Request
 from workbench.handover.c99.c_tables import arrays_of
 from workbench.handover.law_graph import StepGraph
 
-FIXED = "/* Numbers of the equations that are made of no number above: a change above leaves them as they are. */"
 FUNCTIONS = ("pair", *STRUCTS, "state", "init", "reset", "step", "advance")
 
 
@@ -92,7 +91,6 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
     own = used_members(inputs.parameters)
     opening = _section(request.real.type, "Readings and memory", read)
     opening += _section("double", "Parameters", own) if request.settable else built_in(own, arrays.lines)
-    opening += ["", FIXED, *arrays.constants] if arrays.constants else []
     keeps = bool(law.memory.size or used_members(inputs.memory) or (request.settable and own))
     counts = any(nodes[i].op == "k" for i in needed)
     readings, references = used_members(inputs.readings), used_members(inputs.references)
