@@ -127,7 +127,7 @@ def predictive_law(problem: Problem, knobs: Knobs, sweeps: int = SWEEPS) -> Targ
         cap=numbers.cap,
         x0=np.zeros(plant.states.size),
         u0=np.zeros(plant.inputs.size),
-        Y=numbers.Y,
+        Y=numbers.Y.T,
     )
     return TargetPredictive(target_of(problem), inner).run_every(problem.period)
 

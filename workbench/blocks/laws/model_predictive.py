@@ -68,7 +68,7 @@ class ModelPredictive(AbstractController):
     x0, u0
         The rest, in the units of `states` and `inputs`.
     Y
-        The rows (N nc, nx) of the LQR law at all stages, from a state.
+        The rows of the LQR law at all stages, one in a column (nx, N nc).
     follow
         Names of the states whose reference replaces their value in x0.
     D
@@ -121,7 +121,7 @@ class ModelPredictive(AbstractController):
     cap: float = parameter(unit="1", is_derived=True)
     x0: Vector = parameter(unit=ANY, shape=("n",), symbol="x_0", is_derived=True)
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0", is_derived=True)
-    Y: Matrix = parameter(unit=ANY, shape=("M", "nx"), is_derived=True)
+    Y: Matrix = parameter(unit=ANY, shape=("nx", "M"), is_derived=True)
     follow: tuple[str, ...] = ()
     D: Matrix = parameter(default=None, unit=ANY, shape=("M", "M"), is_derived=True)
     gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)

@@ -84,13 +84,13 @@ def answer_of_period(law: SweepNumbers, plan: ca.SX, e: ca.SX, rest: ca.SX) -> P
 
 
 def lqr_rows(law: SweepNumbers) -> ca.SX:
-    """The rows Y of the LQR law with those of a stage in a column (nc nx, N), for `rows_of_stage`."""
-    return _by_stage(law.Y, law.horizon)
+    """The rows of the LQR law with those of a stage in a column (nx nc, N), for `rows_of_stage`."""
+    return ca.reshape(ca.SX(law.Y), -1, law.horizon)
 
 
 def rows_of_stage(Y: ca.SX, e: ca.SX) -> ca.SX:
     """The rows (nc, 1) of a stage under the LQR law from a state e (nx, 1)."""
-    return ca.reshape(Y, -1, e.numel()) @ e
+    return ca.reshape(Y, e.numel(), -1).T @ e
 
 
 def metric_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:

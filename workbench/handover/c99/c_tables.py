@@ -1,4 +1,4 @@
-"""Arrays that a law need not make in a call: tables of its numbers, and parts of its memory where they are."""
+"""Arrays that a law need not make in a call: tables of its numbers, and parts of its state where they are."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ def arrays_of(
             text = _part_of_memory([memory[one.entry].source for one in parts])
         elif all(one.op == "p" and users[i] == 1 for one, i in zip(parts, node.operands, strict=True)):
             own = [one.entry for one in parts]
-            is_built_in = not request.settable and max(own) < len(parameters)
-            text = ""
-            if is_built_in and all(math.isfinite(values[i]) for i in own):
+            text, is_of_law = "", max(own) < len(parameters)
+            if request.settable and is_of_law and request.real.type == "double":
+                text = _part_of_memory([parameters[i].source for i in own])
+            elif not request.settable and is_of_law and all(math.isfinite(values[i]) for i in own):
                 text = names.new(f"{parameters[own[0]].variable.partition('_')[0]}_table")
                 lines += _table(request, text, [parameters[i] for i in own])
         else:

@@ -108,7 +108,7 @@ class PredictiveDesign:
             "cap": numbers.cap,
             "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
             "u0": np.zeros(nu) if self.problem.u0 is None else self.problem.u0,
-            "Y": numbers.Y,
+            "Y": numbers.Y.T,
             "D": columns_of_sweep(numbers),
             "gains": gains[0],
             "inverses": gains[1],
