@@ -52,14 +52,22 @@ def same_bits(step):
     return native
 
 
-def test_two_loops_read_what_a_third_one_carries():
+def test_loops_read_what_another_one_carries():
     x = ca.SX.sym("x", 2)
     (carried,) = bounded_loop(2, lambda c: (0.5 * c + x[0],), ca.vertcat(x, 0.3))
     first, _ = bounded_loop(3, lambda c, row: (c + row, c), ca.SX(0.0), carried.T)
-    second, _ = bounded_loop(3, lambda c, row: (c - 0.2 * row, c), x[1], carried.T)
-    end = same_bits(system([-first, -second], x, (0.4, -0.7)))
-    written = [0.25 * part + 1.5 * x[0] for part in (x[0], x[1], ca.SX(0.3))]
-    plain = system([-sum(written, ca.SX(0.0)), -x[1] + 0.2 * sum(written, ca.SX(0.0))], x, (0.4, -0.7))
+    second, _ = bounded_loop(2, lambda c, row: (c - 0.2 * row, c), x[1], carried[1:].T)
+
+    def inner(c, numbers):
+        return (bounded_loop(3, lambda d, row: (0.5 * d + row,), c, numbers.T)[0],)
+
+    (third,) = bounded_loop(2, inner, x[1], constants=(carried,))
+    end = same_bits(system([-first, -second - third], x, (0.4, -0.7)))
+    a, b, c = (0.25 * part + 1.5 * x[0] for part in (x[0], x[1], ca.SX(0.3)))
+    twice = x[1]
+    for part in (a, b, c, a, b, c):
+        twice = 0.5 * twice + part
+    plain = system([-(a + b + c), -(x[1] - 0.2 * (b + c)) - twice], x, (0.4, -0.7))
     np.testing.assert_allclose(end, simulate(plain, until=1.0, every=0.5).x, rtol=1e-12)  # of some 100 roundings
 
 

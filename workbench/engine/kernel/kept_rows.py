@@ -25,10 +25,10 @@ def make_rows(plan: KernelPlan, step: Emission, load: Callable[[Emission, int], 
     """The lines behind the last step of a row, which make what only rows need, and all states at the end of a step."""
     made, own = frozenset(nodes_of_steps(plan)), states_of_rows(plan)
 
-    def known(e: Emission, place: int) -> str:
+    def value(e: Emission, place: int) -> str:
         return step.evaluation.value(place) if place in made else load(e, place)
 
-    rows = Emission(plan.graph, step.width, step.fused_products, "t", known, "keep", step.room)
+    rows = Emission(plan.graph, step.width, step.fused_products, "t", value, "keep", step.room)
     rows.evaluation.arrays |= step.evaluation.arrays
     rows.evaluation.loops |= step.evaluation.loops
     rows.evaluation.make(i for i in plan.inside if i not in made)

@@ -12,6 +12,11 @@ from workbench.engine.kernel.graph import Graph, GraphLoop, length
 from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Part, Parts
 
 MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them
+IN_REGISTERS = (
+    "loop_end",
+    "slice",
+    "shared",
+)  # arrays that may be registers, which a loop puts into memory as its rows
 UNROLLED = 8  # entries that are copied one by one; more are copied by a loop
 
 
@@ -23,7 +28,7 @@ def room_of(graph: Graph) -> int:
         if node.loop is not None:
             total += node.loop.carry_size + sum(node.loop.result_sizes) * node.loop.count + room_of(node.loop.body)
             rows = node.operands[node.entry : node.entry + len(node.loop.row_sizes)]
-            total += sum(length(graph.nodes[i]) for i in rows if graph.nodes[i].op == "loop_end")
+            total += sum(length(graph.nodes[i]) for i in rows if graph.nodes[i].op in IN_REGISTERS)
     return total
 
 

@@ -167,12 +167,11 @@ def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> st
     of_rows, (keep, ends) = states_of_rows(plan), make_rows(plan, body, inside)
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)
     enter, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "w"))
-    starts = [enter.lane("%x_here", i) for i in range(plan.states) if i not in of_rows]
     for base in ("%x_here", "%out_here"):
         keep.store(base, ends)
     _any_finite(last, ends)
-    pairs = zip(starts, [(i, end) for i, end in enumerate(ends) if i not in of_rows], strict=True)
-    states = (f"  %x{i} = phi {body.type} [ {a}, %enter ], [ {b}, %{latch} ]" for a, (i, b) in pairs)
+    moved = [(i, enter.lane("%x_here", i), end) for i, end in enumerate(ends) if i not in of_rows]
+    states = (f"  %x{i} = phi {body.type} [ {a}, %enter ], [ {b}, %{latch} ]" for i, a, b in moved)
     return PIECE.format(
         stack=stack,
         vector=body.type,
