@@ -45,6 +45,13 @@ def test_values_beyond_a_limit_and_limits_that_cross_are_named_alone(named, item
 
 
 @pytest.mark.heavy
+def test_a_value_of_a_signal_at_the_end_is_named_where_it_cannot_be():
+    sum_of_both = {"total": lambda t, x, u: x.x + x.v}
+    limits = {"x": (-1.0, 1.0), "v": (-1.0, 1.0)}
+    names = conflict(CAR, 5.0, start=REST, end={"total": 3.0}, signals=sum_of_both, limits=limits)
+    assert names == {"end of total = 3", "x <= 1", "v <= 1"}
+
+
 def test_a_duration_whose_ends_cross_is_named_alone():
     assert conflict(CAR, (5.0, 2.0), start=REST, end={"x": 1.0}) == {"duration >= 5", "duration <= 2"}
 

@@ -38,9 +38,13 @@ class MarchedSignal:
 
     @property
     def excess(self) -> float:
-        """The larger of both over the distance of the limits, or over the larger of range and limit where one is."""
+        """The larger of both over the distance of the limits, or over the larger of range and limit where one is.
+
+        Of a value at the end, over its size.
+        """
         finite = [abs(end) for end in (self.low, self.high) if np.isfinite(end)]
-        size = self.high - self.low if len(finite) == 2 else max(float(np.ptp(self.values)), *finite)
+        is_pair = len(finite) == 2 and self.high > self.low
+        size = self.high - self.low if is_pair else max(float(np.ptp(self.values)), *finite)
         over = max(self.above, self.below)
         return over / size if size > 0 else over
 
@@ -70,4 +74,7 @@ def limited_signals(problem: PlanProblem, values: Values, runs: tuple[MarchedArc
                 low, high = float(ends.low[j]), float(ends.high[j])
                 if np.isfinite(low) or np.isfinite(high):
                     yield MarchedSignal(name, label, low, high, rows[:, j])
+        for place in map(int, np.flatnonzero(np.isfinite(phase.g_end.low))):
+            value = float(phase.g_end.low[place])
+            yield MarchedSignal(name, f"end of {phase.path_names[place]}", value, value, g[-1:, place])
         begin = float(nodes[-1])

@@ -43,13 +43,14 @@ class PhaseProblem:
     p: Array  # (np,), the parameters; the entries of the inputs are not used
     duration: tuple[float, float]  # s
     rate: ca.Function  # (t, x, u) -> x' (nx, 1), cost rate (1, 1)
-    path: ca.Function  # (t, x, u) -> (ng, 1), outputs and signals that are limited
+    path: ca.Function  # (t, x, u) -> (ng, 1), outputs and signals that are limited or have a value at the end
     path_names: tuple[str, ...]
     x: Ends
     u: Ends
     slope: Ends  # of the inputs, per second
     g: Ends
     end: Ends  # of x and u at the end of the phase, (nx + nu,)
+    g_end: Ends  # of the outputs and signals at the end, (ng,)
     jump: ca.Function | None = None  # x at the end -> x at the begin of the next phase
 
     @property
