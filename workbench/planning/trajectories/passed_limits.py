@@ -1,4 +1,4 @@
-"""How far the march of a plan passes its limits, at the nodes and between them."""
+"""The distances by which the march of a plan passes its limits, at the nodes and between them."""
 
 from __future__ import annotations
 
