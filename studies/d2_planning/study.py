@@ -9,13 +9,24 @@ from collections.abc import Mapping
 from typing import Any
 
 import workbench as wb
-from studies.d2_planning import batches, conditions_section, findings, followed_section, followers, machine_section
+from studies.d2_planning import (
+    batches,
+    conditions_section,
+    findings,
+    followed_section,
+    followers,
+    machine_section,
+    settings_section,
+)
+from studies.d2_planning.certificates import PIECES, prove_conflict, published_piece
 from studies.d2_planning.choices import Item, choose, items
 from studies.d2_planning.evidence import Evidence, gather
 from studies.d2_planning.laws_section import cost_section, limits_section
-from studies.d2_planning.machine import Cost, cost_on_machine, costs_items
+from studies.d2_planning.machine import Cost
 from studies.d2_planning.motions import MOTIONS, plan_motion
+from studies.d2_planning.posed_problems import INFEASIBLE, POSED
 from studies.d2_planning.problems import PROBLEMS
+from studies.d2_planning.settings import compare_settings
 
 
 def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
@@ -40,6 +51,7 @@ def sections(results: wb.Results) -> wb.Page:
             cost_section(evidence),
             limits_section(evidence),
             machine_section.section(costs),
+            settings_section.section(results),
             conditions_section.section(evidence),
         ),
     )
@@ -81,8 +93,10 @@ study = wb.Study(
     ),
     works=(
         wb.Work("plans", plan_motion, tuple(MOTIONS), seconds=5.0),
-        wb.Work("choices", choose, items(), seconds=4.0),
-        wb.Work("costs", cost_on_machine, costs_items(), seconds=3.0),
+        wb.Work("choices", choose, items(), seconds=12.0),
+        wb.Work("settings", compare_settings, tuple(POSED), seconds=6.0),
+        wb.Work("conflicts", prove_conflict, tuple(INFEASIBLE), seconds=2.0),
+        wb.Work("published", published_piece, tuple(PIECES), seconds=0.1),
     ),
     sweeps=sweeps,
     sections=sections,
