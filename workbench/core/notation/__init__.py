@@ -21,7 +21,7 @@ from workbench.core.notation.formula import (
     symbol,
 )
 from workbench.core.notation.program import walk
-from workbench.core.notation.reader import formula_of
+from workbench.core.notation.recursions import formula_of
 
 __all__ = [
     "Formula",
