@@ -40,9 +40,8 @@ def settings_table(results: wb.Results) -> wb.document.ReportTable:
         first = f"{name}: {one.moves} moves"
         rows.append((first, f"the design: {one.method}", one.derived.sweeps, *error_cells(one.derived), None))
         rows.append(("", many, one.many.sweeps, *error_cells(one.many), None))
-        rows.append(
-            ("", polish_words(one), 25, None, None, None, None, in_words(max(one.violation, one.sign, one.gap)))
-        )
+        residual = max(one.violation, one.sign, one.gap)
+        rows.append(("", polish_words(one), 25, *4 * (None,), f"{residual:.0e}"))
     columns = (
         Column("problem", width=14),
         Column("setting", width=14),
