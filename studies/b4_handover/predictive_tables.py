@@ -125,7 +125,7 @@ def error_in_words(error: float) -> str:
 
 
 def memory_table(results: wb.Results) -> wb.document.ReportTable:
-    """How often limits act, the sweeps and iterations, and the stack and the static memory of the laws."""
+    """The share of limits that act, the sweeps and iterations, and the stack and the static memory of the laws."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for plant, horizon, one in _rows(results, PUSHED):
         passes = [count.passes if count else None for count in (one.law, one.tinympc, one.osqp)]

@@ -26,7 +26,7 @@ class Conflict:
     limits: tuple[str, ...]
     margin: float
     is_proved: bool
-    needed: int
+    needed_count: int
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 import workbench as wb
 from studies.d2_planning.designs import BY_KEY, LOAD, MOST_KNOBS, TUNED, Law, laws_of
 from studies.d2_planning.machine import Cost, cost_on_machine
-from studies.d2_planning.predictive import LEVEL, Derived, derived
+from studies.d2_planning.predictive import LEVEL, DesignRecord, design_record
 from studies.d2_planning.problems import PROBLEMS, Knobs, Problem, observer_of
 from studies.d2_planning.runs import cost_of, factors_of, is_lost, loop_of, metrics_of, terms_of
 
@@ -31,15 +31,15 @@ class Item:
 class Choice:
     """The candidates of a law, the number of training runs that each loses, and the mean cost of the others.
 
-    `cost` is that of the best on a microcontroller, of a law that is tuned at the usual limits. `derived` is what the
-    design of a predictive law derives for the best.
+    `cost` is that of the best on a microcontroller, of a law that is tuned at the usual limits. `design` has
+    the numbers that the design of a predictive law derives for the best.
     """
 
     shares: wb.Array  # (N, 5), of the ranges of the knobs
     losses: wb.Array  # (N,)
     costs: wb.Array  # (N,), NaN where each run is lost
     cost: Cost | None = None
-    derived: Derived | None = None
+    design: DesignRecord | None = None
 
     @property
     def best(self) -> int:
@@ -73,9 +73,9 @@ def choose(item: Item) -> Choice:
     if judged is not law:
         best |= {LEVEL: item.level}
         means = [alone(problem, one, best) for one in (judged, law)]
-        own = derived(problem, best, *means)
+        own = design_record(problem, best, *means)
     cost = cost_on_machine(loop_of(problem, judged, best), problem.substeps) if item.level == 1.0 else None
-    return replace(choice, cost=cost, derived=own)
+    return replace(choice, cost=cost, design=own)
 
 
 def alone(problem: Problem, law: Law, knobs: Knobs) -> float:

@@ -71,11 +71,11 @@ def cost_table(evidence: Evidence, problem: Problem) -> wb.document.ReportTable:
 
 
 def derived_table(evidence: Evidence) -> wb.document.ReportTable:
-    """What the designs of the predictive laws derive from their samples."""
+    """The numbers that the designs of the predictive laws derive from their samples."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for problem in PROBLEMS.values():
         for level in (1.0, problem.levels[0]):
-            own = evidence.choices[Item(problem.key, "mpc", level)].derived
+            own = evidence.choices[Item(problem.key, "mpc", level)].design
             if own is None:
                 continue
             costs = [
@@ -83,27 +83,27 @@ def derived_table(evidence: Evidence) -> wb.document.ReportTable:
                 for one in (own.training_cost, own.converged_cost)
             ]
             name = problem.name if level == 1.0 else ""
-            errors = own.largest_error, own.rms_error, own.residual_bound
-            rows.append((name, f"{level:g}", own.method, own.sweeps, *errors, 100 * own.active_share, *costs))
-    sizes = {(one.loops, one.moves) for item in evidence.choices.values() if (one := item.derived)}
+            evidence_cells = own.largest_error, 100 * own.active_share, own.residual_bound
+            rows.append((name, f"{level:g}", own.method, own.sweeps, *evidence_cells, *costs))
+    sizes = {(one.loops, one.moves) for item in evidence.choices.values() if (one := item.design)}
     moves = wb.document.join_names([f"{count} moves of {loops} loops" for loops, count in sorted(sizes)])
     columns = (
-        wb.document.TableColumn("plant", width=12),
+        wb.document.TableColumn("plant"),
         wb.document.TableColumn("level", align="right"),
-        wb.document.TableColumn("method", width=10),
+        wb.document.TableColumn("method"),
         wb.document.TableColumn("sweeps", align="right"),
-        wb.document.TableColumn("largest error", "spans", "right", digits=1),
-        wb.document.TableColumn("RMS error", "spans", "right", digits=1),
-        wb.document.TableColumn("bound of the residual", align="right", digits=2),
+        wb.document.TableColumn("error", "spans", "right", digits=2),
         wb.document.TableColumn("limit acts", "%", "right", digits=2),
+        wb.document.TableColumn("residual bound", "spans", "right", digits=2),
         wb.document.TableColumn("training cost", align="right", digits=4),
-        wb.document.TableColumn(f"with {MANY_SWEEPS} sweeps", align="right", digits=4),
+        wb.document.TableColumn(f"{MANY_SWEEPS} sweeps", align="right", digits=4),
     )
     notes = (
-        f"Level: of the limits at which the law was tuned. Errors of moves in {moves} of the exact law, with limits "
-        "active in the stated share of the periods: sampled, not proved. The design takes the cheapest candidate whose "
-        "largest error is at most 0.01 of the span of an input. A run whose residual passes the bound, twice the "
-        "largest of the sample, is beyond what the design has judged. The costs are those of the same training runs.",
+        f"Level: of the limits at which the law was tuned. Error: the largest in {moves} of the exact law, with limits "
+        "active in the stated share of the periods. It is sampled, not proved. The design takes the cheapest candidate "
+        "whose error is at most 0.01. A run whose residual passes the bound, twice the largest of the sample, is "
+        f"beyond what the design has judged. The last two columns are costs of the chosen weights in the same training "
+        f"runs, with the derived sweeps and with {MANY_SWEEPS}.",
     )
     caption = "What the designs of the predictive laws derive, and the cost with more sweeps."
     return wb.document.ReportTable("derived_sweeps", caption, columns, tuple(rows), notes)

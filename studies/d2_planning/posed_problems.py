@@ -71,7 +71,7 @@ class InfeasibleState:
     x: wb.Array
 
 
-def limited(key: str, states: dict[str, tuple[float, float]]) -> wb.planning.LinearMpc:
+def limited_problem(key: str, states: dict[str, tuple[float, float]]) -> wb.planning.LinearMpc:
     """A problem of the comparison with hard limits of states by name."""
     own = PROBLEMS[key]
     linear = wb.linearize(wb.open_loop(own.plant), 0.0, np.array(own.x0), u=np.array(own.u0), at_rest=True)
@@ -90,20 +90,20 @@ def infeasible_cart() -> InfeasibleState:
 def infeasible_arm() -> InfeasibleState:
     """An arm that cannot stop before a wall."""
     arm = PROBLEMS["arm"]
-    problem = limited("arm", {"q[0]": (-0.2, 1.0)})
+    problem = limited_problem("arm", {"q[0]": (-0.2, 1.0)})
     return InfeasibleState(problem, np.array([0.9, 0.6, 6.0, 0.0]) - arm.x0)
 
 
 def infeasible_tanks() -> InfeasibleState:
     """A tank below one that will flood it."""
     tank = PROBLEMS["tank"]
-    problem = limited("tank", dict.fromkeys(tank.plant.states.labels, (0.0, 15.0)))
+    problem = limited_problem("tank", dict.fromkeys(tank.plant.states.labels, (0.0, 15.0)))
     return InfeasibleState(problem, np.array([14.9, 12.7, 14.0, 1.4]) - tank.x0)
 
 
 def infeasible_quadrotor() -> InfeasibleState:
     """A quadrotor that cannot stop above the ground."""
-    problem = limited("quadrotor", {"y": (-1.0, 1.0)})
+    problem = limited_problem("quadrotor", {"y": (-1.0, 1.0)})
     return InfeasibleState(problem, np.array([0.0, -0.8, 0.0, 0.0, -4.0, 0.0]))
 
 

@@ -16,8 +16,8 @@ LEVEL = "level"  # of the limits for which a design derives its sweeps; the usua
 
 
 @dataclass(frozen=True)
-class Derived:
-    """What the design of a predictive law derives from its sample of closed loops of the exact law.
+class DesignRecord:
+    """The numbers that a design of a predictive law derives from its sample of closed loops of the exact law.
 
     Errors are in spans of the inputs. `excess` is the largest relative excess of the cost of a loop, `trials` the
     number of candidates that were refused before. `training_cost` is the mean cost in the training runs, and
@@ -96,12 +96,12 @@ def converged_law(problem: Problem, knobs: Knobs) -> TargetPredictive:
     return about_target(problem, law)
 
 
-def derived(problem: Problem, knobs: Knobs, training_cost: float, converged_cost: float) -> Derived:
-    """What the design of a law derives, beside its costs in the training runs."""
+def design_record(problem: Problem, knobs: Knobs, training_cost: float, converged_cost: float) -> DesignRecord:
+    """The numbers that the design of a law derives, beside its costs in the training runs."""
     design = design_of(problem, knobs)
     numbers, own = design.numbers, design.evidence
     modes = len(numbers.L)
-    return Derived(
+    return DesignRecord(
         f"metric, {modes} modes" if numbers.method == "metric" else "ADMM",
         numbers.sweeps,
         float(wb.ModelPredictive.of(problem.plant, design).residual_bounds.high),

@@ -62,14 +62,13 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     least = min(arrivals.share(key, followers.ALONG).value for key in MOTIONS)
     usual, tight = (findings.orders(evidence, at, "lqr") for at in (findings.usual(), findings.tightest()))
     ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
-    price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
-    share = "all" if least == 1 else f"at least {100 * least:.0f} % of"
-    worse = (usual.count("above"), tight.count("above"))
-    told = f" (worse on {worse[0]} and {worse[1]})" if any(worse) else ""
+    price = f", for {min(ratios):.0f}- to {max(ratios):.0f}-fold instructions" if max(ratios) > 0 else ""
+    share = "All" if least == 1 else f"At least {100 * least:.0f} % of"
+    wins, losses = ([one.count(side) for one in (usual, tight)] for side in ("below", "above"))
+    told = f", loses on {losses[0]} and {losses[1]}" if any(losses) else ""
     return (
-        f"With gains along the plan and numbers up to {100 * followers.USUAL:g} % off, {share} loops arrive. MPC is "
-        f"better than clipped LQR on {usual.count('below')} of {len(usual)} plants at usual limits, "
-        f"{tight.count('below')} at the tightest{told},{price}."
+        f"{share} loops arrive with gains along the plan and numbers within {100 * followers.USUAL:g} %. MPC beats "
+        f"clipped LQR on {wins[0]} of {len(usual)} plants at usual limits and {wins[1]} at the tightest{told}{price}."
     )
 
 

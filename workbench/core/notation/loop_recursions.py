@@ -6,8 +6,9 @@ letter with a bar is what each pass makes, with a tilde what it gets, with a hat
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 
 import casadi as ca
 
@@ -27,7 +28,7 @@ SHOWN = 4  # entries of a longer list, the last one among them
 UNARY = 1
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Sheet:
     """The relations that are written so far, and the symbols of names."""
 
@@ -36,7 +37,7 @@ class _Sheet:
     part: str  # the letter of parts that occur more than once
     relations: list[Relation] = field(default_factory=list)
     made: dict[str, tuple[str, int, int]] = field(default_factory=dict)  # by the name: letter, entry and pass
-    count: int = 0  # of shared parts that have a name
+    places: Iterator[int] = field(default_factory=lambda: count(1))  # of shared parts
 
 
 @check_arguments
@@ -79,10 +80,12 @@ def _cut(sheet: _Sheet, expression: ca.SX, depth: int) -> list[ca.SX]:
     symbols = ca.symvar(expression)
     function = ca.Function("paper", [ca.vertcat(ca.SX(0, 1), *symbols)], [ca.densify(expression)])
 
-    def call(called: ca.Function, operands: Sequence[ca.SX]) -> list[ca.SX]:
-        loop = called_loop(called)
+    def call(function: ca.Function, operands: Sequence[ca.SX]) -> list[ca.SX]:
+        loop = called_loop(function)
         if loop is None:
-            raise ValueError(f"`formula_of(expression)` has no way to write a call of the function {called.name()!r}.")
+            raise ValueError(
+                f"`formula_of(expression)` has no way to write a call of the function {function.name()!r}."
+            )
         return _write_loop(sheet, loop, list(operands), depth)
 
     (entries,) = evaluate_sx(function, lambda _, k: symbols[k], ca.SX, _operation, call)
@@ -105,7 +108,7 @@ def _write_loop(sheet: _Sheet, loop: LoopBody, operands: list[ca.SX], depth: int
     first, last = (N, 0) if loop.backward else (0, N)
     before, after = (f"{place}+1", place) if loop.backward else (place, f"{place}+1")
     start = [Relation(_entry(letter, k, nc, str(first)), "=", f) for k, f in enumerate(_formulas(sheet, carry))]
-    sheet.relations += _in_short(start)
+    sheet.relations.extend(_in_short(start))
     given = [_given(sheet, letter, k, rows, row, place) for k, row in enumerate(rows)]
     shared = _constants(sheet, letter, rest)
     c = [_fresh(sheet, _entry(letter, k, nc, before)) for k in range(nc)]
@@ -132,7 +135,7 @@ def _write_pass(
     flat = _cut(sheet, values, depth + 1)
     if not _is_long(flat):
         lines = [Relation(t, "=", f) for t, f in zip(targets, _formulas(sheet, flat), strict=True)]
-        sheet.relations += _in_short(lines, 2 * LISTED)
+        sheet.relations.extend(_in_short(lines, 2 * LISTED))
         return
     inner = (Symbol(one) for one in left if one not in sheet.letters)
     own = Symbol(letter, before), Symbol(letter, place, accent="tilde"), Symbol(letter, accent="hat")
@@ -172,11 +175,11 @@ def _given(sheet: _Sheet, letter: str, k: int, rows: list[list[ca.SX]], row: lis
 
 
 def _constants(sheet: _Sheet, letter: str, shared: list[ca.SX]) -> list[ca.SX]:
-    """What all passes get: symbols and numbers as they are, all else by a name."""
+    """The values that all passes get: symbols and numbers as they are, all else by a name."""
     long = [one for one in shared if not (one.is_symbolic() or one.is_constant())]
     names = {id(one): _entry(letter, k, len(long), "", "hat") for k, one in enumerate(long)}
     relations = [Relation(names[id(x)], "=", f) for x, f in zip(long, _formulas(sheet, long), strict=True)]
-    sheet.relations += _in_short(relations)
+    sheet.relations.extend(_in_short(relations))
     return [_fresh(sheet, names[id(one)]) if id(one) in names else one for one in shared]
 
 
@@ -218,8 +221,7 @@ def _written(sheet: _Sheet, expression: ca.SX) -> Formula:
     definitions, formula = read_shared(expression, table)
     meanings: dict[Symbol, Formula] = {}
     for one in definitions:
-        sheet.count += 1
-        name = Symbol(sheet.part, str(sheet.count))
+        name = Symbol(sheet.part, str(next(sheet.places)))
         sheet.relations.append(Relation(name, "=", substitute(one.right, meanings)))
         if isinstance(one.left, Symbol):
             meanings[one.left] = name
