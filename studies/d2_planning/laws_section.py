@@ -138,9 +138,9 @@ def limit_figure(evidence: Evidence) -> wb.document.Figure:
             marks.append(wb.document.Series(law.name, np.array(problem.levels), np.array(y), law.style))
         panels.append(wb.document.Panel("lost runs [%]", tuple(marks), LEVEL, ylim=(-2.0, 50.0)))
     caption = (
-        "The median cost of each law over all draws, a lost run being worse than any other, as a multiple of that of "
-        "MPC at the widest limits; and the share of lost runs. Both by the level of the limits. Costs beyond "
-        f"{SHOWN[1]:g} are not shown; they are in the tables."
+        "The median cost of each law over all draws, and the share of lost runs, by the level of the limits. Costs are "
+        "multiples of the cost of MPC at the widest limits, and a lost run costs more than any other. Costs beyond "
+        f"{SHOWN[1]:g} are not shown."
     )
     return wb.document.Figure("limits", caption, tuple(panels), columns=3)
 

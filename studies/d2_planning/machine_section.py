@@ -91,8 +91,8 @@ def section(costs: Mapping[Item, Cost]) -> wb.Section:
     words = (
         "Each law is written as C in single precision with its observer, compiled for a Cortex-M7, and run in QEMU on "
         "the readings of its loop. QEMU counts instructions, not cycles. The operations are those of the exported "
-        "graph, in loops of each pass. Instructions are means of the periods. The part of the "
-        "period is that of the largest number."
+        "graph, with each pass of a loop; where no limit acts, a predictive law leaves most of them out. Instructions "
+        "are means of the periods. The part of the period belongs to the largest number."
     )
     rows: list[tuple[wb.document.Cell, ...]] = []
     for problem in PROBLEMS.values():
