@@ -19,7 +19,8 @@ from workbench.core.notation.formula import Call, Formula, Matrix, Relation, Sym
 from workbench.core.notation.reader import loop_free_formula, read_shared
 from workbench.core.validation.signatures import check_arguments
 
-LETTERS = ("a", *"csvzwbdhklmnpqgt", "alpha", "beta", "gamma", "delta", "kappa", "lambda", "mu", "nu", "xi", "rho")
+LETTERS = (*"csvzwbdhklmnpq", "alpha", "beta", "gamma", "delta", "kappa", "lambda", "mu", "nu", "xi", "rho")
+PARTS = ("a", "u", "g", "r", "t")
 INDICES = ("i", "j", "m", "n")  # of a loop, of those inside it, and so on
 DOTS = Symbol("...")
 MOST_OPERATIONS = 400  # of what is written out: more are a function of the values that a pass has
@@ -61,8 +62,8 @@ def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
         return loop_free_formula(expression, names)
     symbols = {one.name(): symbol(names.get(one.name(), one.name())) for one in ca.symvar(expression)}
     taken = {one.letter for one in symbols.values()}
-    part, *letters = [letter for letter in LETTERS if letter not in taken]
-    sheet = _Sheet(symbols, letters, part)
+    part = next((letter for letter in PARTS if letter not in taken), "part")
+    sheet = _Sheet(symbols, [letter for letter in LETTERS if letter not in taken], part)
     matrix = ca.densify(expression)
     flat = _cut(sheet, matrix, 0)
     formula = DOTS if _is_long(flat) else _written(sheet, ca.reshape(ca.vertcat(*flat), *matrix.shape))
