@@ -55,11 +55,12 @@ def settings_table(results: wb.Results) -> wb.document.ReportTable:
         Column("KKT", align="right"),
     )
     notes = (
-        "Design: the sweeps of the law in a period. 1e-8: as many as bring each move within this error, of numbers up "
-        f"to {COUNTS[-1]}. Exact: 25 sweeps and the polish, with the largest number of changes of the active set. "
-        "Errors of moves in spans of an input, with the share of moves that err by more than 0.01, and of the costs of "
-        f"loops, relative; both beside the exact solution, and 0 below {ROUNDING:g}. KKT: the largest relative "
-        "violation of a limit, multiplier of a wrong sign, or gap of the cost.",
+        "Below the name of a problem stand the method of its design, the number of moves, and the largest number of "
+        "changes of the active set in a polish. Design: the sweeps of the law in a period. 1e-8: as many as bring each "
+        f"move within this error, of numbers up to {COUNTS[-1]}. Exact: 25 sweeps and the polish. Errors of moves in "
+        "spans of an input, with the share of moves that err by more than 0.01, and of the costs of loops, relative; "
+        f"both beside the exact solution, and 0 below {ROUNDING:g}. KKT: the largest relative violation of a limit, "
+        "multiplier of a wrong sign, or gap of the cost.",
     )
     caption = "Both settings of the law on posed problems."
     return wb.document.ReportTable("settings", caption, columns, tuple(rows), notes)
