@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import workbench as wb
-from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, predictive_keys
+from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, SolverCount, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, IDLE_SHARE, PUSHED, problems
 
 Column = wb.document.TableColumn
@@ -14,6 +14,9 @@ PUBLISHED = {  # us an iteration: TinyMPC and OSQP as a safety filter, and TinyM
     32: (2480, None, 91.3),
     64: (4995, None, 184.3),
 }
+ROUNDING = 1e-12  # spans
+RUNS = "Pushed: a disturbance pushes the inputs to their limits. Idle: no limit acts."
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SOURCE = "RoboticExplorationLab/mcu-solver-benchmarks, folder Results/TinyMPC CDC benchmarks"
 
 
@@ -30,7 +33,8 @@ def predictive_section(results: wb.Results) -> wb.Section:
     )
     reasons = dict.fromkeys(reason for one in counts(results).values() for reason in one.reasons)
     absent = (wb.Paragraph(f"Not counted here: {'; '.join(reasons)}."),) if reasons else ()
-    tables = (solver_table(results, PUSHED), solver_table(results, IDLE), memory_table(results), published_table())
+    solvers = solver_table(results, PUSHED), solver_table(results, IDLE), osqp_table(results), error_table(results)
+    tables = (*solvers, memory_table(results), published_table())
     return wb.Section("A predictive law on a Cortex-M7", (wb.Paragraph(words), *absent, *tables))
 
 
@@ -40,54 +44,105 @@ def counts(results: wb.Results) -> dict[str, PredictiveCount]:
 
 
 def solver_table(results: wb.Results, run: str) -> wb.document.ReportTable:
-    """The instructions of the solvers in one kind of run."""
+    """The instructions of the law and of TinyMPC in one kind of run, in thousands."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for plant, horizon, one in _rows(results, run):
-        cells: list[wb.document.Cell] = [plant, horizon, 100 * one.active]
-        for count in (one.law, one.tinympc, one.osqp):
-            cells += [count.mean, count.most, count.error] if count else [None, None, None]
-        cells.append(one.tinympc.mean / one.law.mean if one.tinympc and one.law else None)
-        rows.append(tuple(cells))
+        ratios: tuple[float | None, float | None] = (None, None)
+        if one.law and one.tinympc:
+            ratios = one.tinympc.mean / one.law.mean, one.tinympc.most / one.law.most
+        rows.append((plant, horizon, *_both(one.law), *_both(one.tinympc), *ratios))
     columns = (
         Column("plant (states, inputs)"),
         Column("stages", align="right"),
-        Column("first inputs at a limit", "%", "right", digits=2),
         *(
-            column
-            for name in ("law", "TinyMPC", "OSQP")
-            for column in (
-                Column(f"{name}: mean", align="right", digits=4),
-                Column(f"{name}: at most", align="right", digits=4),
-                Column(f"{name}: error", "spans", "right", digits=2),
-            )
+            Column(f"{name} {which}", align="right", digits=3)
+            for name in ("law", "TinyMPC", "ratio")
+            for which in ("mean", "most")
         ),
-        Column("TinyMPC / law", align="right", digits=3),
     )
     kind = (
         "a disturbance pushes the inputs to their limits"
         if run == PUSHED
         else f"the disturbance is {100 * IDLE_SHARE:g} % of that"
     )
-    caption = f"Instructions of a period on a Cortex-M7, where {kind}."
-    return wb.document.ReportTable(f"predictive_{run}", caption, columns, tuple(rows))
+    caption = f"Thousands of instructions of a period on a Cortex-M7, where {kind}."
+    notes = ("In the mean of the periods, and at most; to three digits. Ratio: TinyMPC over the law.",)
+    return wb.document.ReportTable(f"predictive_{run}", caption, columns, tuple(rows), notes)
 
 
-def memory_table(results: wb.Results) -> wb.document.ReportTable:
-    """The sweeps and iterations, and the stack and the static memory of the laws."""
-    rows: list[tuple[wb.document.Cell, ...]] = []
-    for plant, horizon, one in _rows(results, PUSHED):
-        passes = [count.passes if count else None for count in (one.law, one.tinympc, one.osqp)]
-        rows.append((plant, horizon, *passes, one.stack, one.room))
+def osqp_table(results: wb.Results) -> wb.document.ReportTable:
+    """The instructions of OSQP in both kinds of run, in thousands."""
+    rows = [
+        (plant, horizon, *_both(pushed.osqp), *_both(idle.osqp))
+        for (plant, horizon, pushed), (*_, idle) in zip(_rows(results, PUSHED), _rows(results, IDLE), strict=True)
+    ]
     columns = (
         Column("plant (states, inputs)"),
         Column("stages", align="right"),
+        *(
+            Column(f"{run}: {which}", align="right", digits=3)
+            for run in ("pushed", "idle")
+            for which in ("mean", "most")
+        ),
+    )
+    caption = "Thousands of instructions of a period of OSQP in the same runs."
+    return wb.document.ReportTable("predictive_osqp", caption, columns, tuple(rows), (RUNS,))
+
+
+def _both(count: SolverCount | None) -> tuple[float | int | None, float | int | None]:
+    """The mean and the largest count, in thousands."""
+    return (in_thousands(count.mean), in_thousands(count.most)) if count else (None, None)
+
+
+def in_thousands(count: float) -> float | int:
+    """A count in thousands to three digits, whole from a hundred thousand on."""
+    value = float(f"{count / 1000:.3g}")
+    return value if value < 100 else round(value)
+
+
+def error_table(results: wb.Results) -> wb.document.ReportTable:
+    """The errors of the first moves of the solvers in both kinds of run."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for (plant, horizon, pushed), (*_, idle) in zip(_rows(results, PUSHED), _rows(results, IDLE), strict=True):
+        solvers = (count for one in (pushed, idle) for count in (one.law, one.tinympc, one.osqp))
+        rows.append((plant, horizon, *(error_in_words(count.error) if count else None for count in solvers)))
+    columns = (
+        Column("plant (states, inputs)"),
+        Column("stages", align="right"),
+        *(Column(f"{run}: {name}", align="right") for run in ("pushed", "idle") for name in ("law", "TinyMPC", "OSQP")),
+    )
+    caption = "Root mean square errors of the first input, in spans of its limits."
+    notes = (f"{RUNS} Errors below {ROUNDING:g} are rounding.",)
+    return wb.document.ReportTable("predictive_errors", caption, columns, tuple(rows), notes)
+
+
+def error_in_words(error: float) -> str:
+    """An error to one digit with a power of ten, so that all errors of a column are written alike."""
+    if error < ROUNDING:
+        return "rounding"
+    digit, power = f"{error:.0e}".split("e")
+    return f"{digit}·10{str(int(power)).translate(RAISED)}"
+
+
+def memory_table(results: wb.Results) -> wb.document.ReportTable:
+    """The share of limits that act, the sweeps and iterations, and the stack and the static memory of the laws."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for plant, horizon, one in _rows(results, PUSHED):
+        passes = [count.passes if count else None for count in (one.law, one.tinympc, one.osqp)]
+        rows.append((plant, horizon, 100 * one.active, *passes, one.stack, one.room))
+    columns = (
+        Column("plant (states, inputs)"),
+        Column("stages", align="right"),
+        Column("inputs at a limit", "%", "right", digits=2),
         Column("sweeps of the law", align="right"),
         Column("iterations of TinyMPC", align="right", digits=3),
         Column("iterations of OSQP", align="right", digits=3),
         Column("stack of the law", "bytes", "right"),
-        Column("state of the law with its arrays", "bytes", "right"),
+        Column("its state with arrays", "bytes", "right"),
     )
-    caption = "Passes of a period, in the mean where a disturbance pushes, and the memory of the laws."
+    caption = (
+        "Inputs at a limit and passes of a period, in the mean where a disturbance pushes, and the memory of the laws."
+    )
     note = "No array of a plan is on the stack."
     return wb.document.ReportTable("predictive_memory", caption, columns, tuple(rows), (note,))
 
@@ -98,7 +153,7 @@ def published_table() -> wb.document.ReportTable:
         Column("stages", align="right"),
         Column("safety filter: TinyMPC", "us", "right", digits=4),
         Column("safety filter: OSQP", "us", "right", digits=4),
-        Column("rocket: TinyMPC", "us", "right", digits=4),
+        Column("rocket: TinyMPC", "us", "right", digits=3),
     )
     notes = (
         f"Times of one iteration, not of a period, in single precision on real boards; {SOURCE}. They are times and "

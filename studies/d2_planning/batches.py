@@ -9,8 +9,9 @@ import numpy as np
 
 import workbench as wb
 from studies.d2_planning.choices import Item, items, knobs_of
-from studies.d2_planning.designs import CONVERGED, Knobs, Law, laws_of
-from studies.d2_planning.problems import PROBLEMS, Problem
+from studies.d2_planning.designs import CONVERGED, Law, laws_of
+from studies.d2_planning.predictive import LEVEL
+from studies.d2_planning.problems import PROBLEMS, Knobs, Problem
 from studies.d2_planning.runs import factors_of, loop_of, metrics_of
 
 DRAWS, SEED = 128, 3710
@@ -60,7 +61,8 @@ def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
     for problem in PROBLEMS.values():
         for law in laws_of(problem):
             usual = knobs_of(law, choices[Item(problem.key, law.key)])
-            tight = knobs_of(law, choices[Item(problem.key, law.key, problem.levels[0])])
+            tightest = problem.levels[0]
+            tight = knobs_of(law, choices[Item(problem.key, law.key, tightest)]) | {LEVEL: tightest}
             made += [sweep(problem, law, usual), sweep(problem, law, usual, DELAYED), sweep(problem, law, tight, AGAIN)]
         best = knobs_of(CONVERGED, choices[Item(problem.key, CONVERGED.key)])
         made.append(sweep(problem, CONVERGED, best, MORE))

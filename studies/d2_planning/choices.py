@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import workbench as wb
-from studies.d2_planning.designs import BY_KEY, LOAD, MOST_KNOBS, Knobs, Law, laws_of
-from studies.d2_planning.problems import PROBLEMS, Problem, observer_of
+from studies.d2_planning.designs import BY_KEY, LOAD, MOST_KNOBS, TUNED, Law, laws_of
+from studies.d2_planning.machine import Cost, cost_on_machine
+from studies.d2_planning.predictive import LEVEL, DesignRecord, design_record
+from studies.d2_planning.problems import PROBLEMS, Knobs, Problem, observer_of
 from studies.d2_planning.runs import cost_of, factors_of, is_lost, loop_of, metrics_of, terms_of
 
 CANDIDATES = 40
@@ -26,11 +29,17 @@ class Item:
 
 @dataclass(frozen=True)
 class Choice:
-    """The candidates of a law, the number of training runs that each loses, and the mean cost of the others."""
+    """The candidates of a law, the number of training runs that each loses, and the mean cost of the others.
+
+    `cost` is that of the best on a microcontroller, of a law that is tuned at the usual limits. `design` has
+    the numbers that the design of a predictive law derives for the best.
+    """
 
     shares: wb.Array  # (N, 5), of the ranges of the knobs
     losses: wb.Array  # (N,)
     costs: wb.Array  # (N,), NaN where each run is lost
+    cost: Cost | None = None
+    design: DesignRecord | None = None
 
     @property
     def best(self) -> int:
@@ -55,13 +64,32 @@ def candidates() -> wb.Array:
 
 
 def choose(item: Item) -> Choice:
-    """The candidates of a law on the training runs."""
-    problem, law = PROBLEMS[item.problem].with_limits(item.level), BY_KEY[item.law]
-    shares = candidates()
-    blocks = [law.block(problem, law.choice(row)) for row in shares]
-    observers = [observer_of(problem, law.choice(row)[LOAD.name]) for row in shares]
-    loop = loop_of(problem, law, law.choice(shares[0]))
-    ode, factors = loop.ode(), factors_of(problem, loop)
+    """The candidates of a law on the training runs, and what follows for the best."""
+    problem = PROBLEMS[item.problem].with_limits(item.level)
+    shares, law = candidates(), TUNED[item.law]
+    choice = Choice(shares, *judge_candidates(problem, training_terms(problem, law, [law.choice(s) for s in shares])))
+    best, judged = knobs_of(law, choice), BY_KEY[item.law]
+    own = None
+    if judged is not law:
+        best |= {LEVEL: item.level}
+        means = [alone(problem, one, best) for one in (judged, law)]
+        own = design_record(problem, best, *means)
+    cost = cost_on_machine(loop_of(problem, judged, best), problem.substeps) if item.level == 1.0 else None
+    return replace(choice, cost=cost, design=own)
+
+
+def alone(problem: Problem, law: Law, knobs: Knobs) -> float:
+    """The mean cost of a law in the training runs, each law with the same noise; NaN if it loses one."""
+    lost, (mean,) = judge_candidates(problem, training_terms(problem, law, [knobs]))
+    return float("nan") if lost.any() else float(mean)
+
+
+def training_terms(problem: Problem, law: Law, knobs: Sequence[Knobs]) -> wb.Array:
+    """The terms of the cost in the training runs of each of some knobs, (N, runs, 3)."""
+    blocks = [law.block(problem, one) for one in knobs]
+    observers = [observer_of(problem, one[LOAD.name]) for one in knobs]
+    ode = loop_of(problem, law, knobs[0]).ode()
+    factors = factors_of(problem, loop_of(problem, law, knobs[0]))
     space = wb.uncertainty.Space(factors, ode.parameters, ode.states)
     p, x0 = space.rows(wb.uncertainty.MonteCarlo(len(factors), TRAINING, SEED + 1).points())
     every, starts = [], []
@@ -72,7 +100,7 @@ def choose(item: Item) -> Choice:
             put(ode, own, start, field, block)
         every.append(own)
         starts.append(start)
-    found = wb.measure(
+    measurement = wb.measure(
         ode,
         metrics_of(problem),
         np.vstack(every),
@@ -82,8 +110,7 @@ def choose(item: Item) -> Choice:
         every=problem.horizon,
         seed=SEED,
     )
-    terms = terms_of(problem, found).reshape(CANDIDATES, TRAINING, 3)
-    return Choice(shares, *judge_candidates(problem, terms))
+    return terms_of(problem, measurement).reshape(len(knobs), TRAINING, 3)
 
 
 def judge_candidates(problem: Problem, terms: wb.Array) -> tuple[wb.Array, wb.Array]:

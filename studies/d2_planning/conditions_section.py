@@ -14,9 +14,8 @@ from studies.d2_planning.problems import PROBLEMS
 def section(evidence: Evidence) -> wb.Section:
     """The conditions and the choices."""
     words = (
-        "The plants are those of the workbench with their published numbers. What is drawn is drawn uniformly. "
-        "Positions start where they are drawn, of which the observer is told; it starts at rest and without a "
-        "disturbance."
+        "The plants are those of the workbench with their published numbers. All draws are uniform. The observer is "
+        "told the drawn positions of the start; its other estimates start at rest, without a disturbance."
     )
     return wb.Section("Conditions and tuning", (wb.Paragraph(words), condition_table(), choice_table(evidence)))
 

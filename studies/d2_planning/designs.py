@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.d2_planning.own_laws import ClippedRegulator, GovernedRegulator, IntegralRegulator, TargetPredictive
-from studies.d2_planning.problems import PROBLEMS, Problem, linear_model, target_of
+from studies.d2_planning.own_laws import ClippedRegulator, GovernedRegulator, IntegralRegulator
+from studies.d2_planning.predictive import MANY_SWEEPS, converged_law, predictive_law
+from studies.d2_planning.problems import Knobs, Problem, linear_model, target_of, weights
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 
 MOST_KNOBS = 5  # of a law
-MODES = 8  # kept modes of each predictive design, so that all candidates have one graph
-SWEEPS = 8  # of each predictive law in a period
-MANY_SWEEPS = 40  # beside which the usual number is judged
 SETTLED = 1.0  # gain of the back-calculation in multiples of the inverse of Ki
 
 
@@ -35,9 +33,6 @@ class Knob:
         return float(self.low * (self.high / self.low) ** share)
 
 
-Knobs = dict[str, float]
-
-
 @dataclass(frozen=True)
 class Law:
     """A law of the comparison, with its knobs and the fields of its block that they change."""
@@ -53,15 +48,6 @@ class Law:
     def choice(self, shares: wb.Array) -> Knobs:
         """The knobs at some shares of their ranges; a law takes as many as it has."""
         return {knob.name: knob.at(float(share)) for knob, share in zip(self.knobs, shares, strict=False)}
-
-
-def weights(problem: Problem, knobs: Knobs) -> tuple[wb.Array, wb.Array]:
-    """Q and R of a quadratic cost: positions or levels count alike, the other states and the inputs by knobs."""
-    nx, count = problem.plant.states.size, len(problem.outputs.labels)
-    Q = np.diag([1.0] * count + [knobs["rates"]] * (nx - count))
-    own = PROBLEMS[problem.key]  # the weights stay those of the usual limits
-    span = np.array(own.high) - np.array(own.low)
-    return Q, np.diag(knobs["inputs"] / (span / 2) ** 2)
 
 
 def clipped_regulator(problem: Problem, knobs: Knobs) -> ClippedRegulator:
@@ -100,43 +86,6 @@ def governed_regulator(problem: Problem, knobs: Knobs) -> GovernedRegulator:
     return law.run_every(problem.period)
 
 
-def predictive_law(problem: Problem, knobs: Knobs, sweeps: int = SWEEPS) -> TargetPredictive:
-    """The predictive law for the same quadratic cost, with as many modes and sweeps for all knobs."""
-    model, plant = linear_model(problem.key), problem.plant
-    ends = (np.array(problem.low) - problem.u0, np.array(problem.high) - problem.u0)
-    limits = wb.planning.MpcLimits(inputs=ends)
-    own = wb.planning.mpc_problem(model.A, model.B, *weights(problem, knobs), problem.stages, limits)
-    numbers = wb.planning.splitting_numbers(own, sweeps=sweeps, modes=MODES)
-    inner = wb.ModelPredictive(
-        plant.states,
-        plant.inputs,
-        own.horizon,
-        numbers.sweeps,
-        A=own.A,
-        B=own.B,
-        K=np.asarray(own.K),
-        S=wb.planning.recursion_numbers(own).inverse,
-        F=own.rows.F,
-        E=own.rows.E,
-        low=own.rows.low,
-        high=own.rows.high,
-        softness=own.rows.softness,
-        sigma=numbers.sigma[: own.rows.count],
-        W=numbers.W,
-        L=numbers.L,
-        cap=numbers.cap,
-        x0=np.zeros(plant.states.size),
-        u0=np.zeros(plant.inputs.size),
-        Y=numbers.Y.T,
-    )
-    return TargetPredictive(target_of(problem), inner).run_every(problem.period)
-
-
-def converged_law(problem: Problem, knobs: Knobs) -> TargetPredictive:
-    """The same with so many sweeps that more would change nothing."""
-    return predictive_law(problem, knobs, MANY_SWEEPS)
-
-
 def computed_torque(problem: Problem, knobs: Knobs) -> wb.Controller:
     """Computed torque with the estimate of the disturbance."""
     omega, zeta = knobs["frequency"], knobs["damping"]
@@ -170,14 +119,7 @@ def proposed_law(problem: Problem, knobs: Knobs) -> wb.Controller:
 LOAD = Knob("load", 0.1, 10.0)  # of the observer: how fast the disturbance is assumed to change
 INPUTS, RATES = Knob("inputs", 1e-3, 10.0), Knob("rates", 1e-3, 1.0)
 LAWS = (
-    Law(
-        "mpc",
-        "MPC",
-        (LOAD, INPUTS, RATES),
-        ("law.K", "law.S", "law.sigma", "law.W", "law.L", "law.Y"),
-        predictive_law,
-        0,
-    ),
+    Law("mpc", "MPC", (LOAD, INPUTS, RATES), (), predictive_law, 0),
     Law(
         "governor",
         "LQR + governor",
@@ -231,8 +173,18 @@ LAWS = (
         "arm",
     ),
 )
-CONVERGED = Law("mpc", f"MPC of {MANY_SWEEPS} sweeps", (LOAD, INPUTS, RATES), (), converged_law, 0)
+CONVERGED = Law(
+    "mpc",
+    f"MPC of {MANY_SWEEPS} sweeps",
+    (LOAD, INPUTS, RATES),
+    ("law.K", "law.S", "law.sigma", "law.W", "law.L", "law.Y"),
+    converged_law,
+    0,
+)
 BY_KEY = {law.key: law for law in LAWS}
+TUNED = BY_KEY | {
+    CONVERGED.key: CONVERGED
+}  # MPC is tuned with many sweeps, so that no weights are preferred for theirs
 
 
 def laws_of(problem: Problem) -> tuple[Law, ...]:

@@ -10,6 +10,7 @@ from studies.d2_planning.choices import CANDIDATES, TRAINING
 from studies.d2_planning.designs import BY_KEY, CONVERGED, laws_of
 from studies.d2_planning.evidence import MARGIN, PRIMARY, STATISTICS, WEIGHTS, Condition, Evidence
 from studies.d2_planning.laws_section import cost_words, ratio_words
+from studies.d2_planning.predictive import MANY_SWEEPS
 from studies.d2_planning.problems import PROBLEMS
 
 RIVALS = ("governor", "lqr", "lqi")
@@ -21,7 +22,8 @@ INFORMATION = (
 )
 FITS = (
     f"Each law chose its own numbers among {CANDIDATES} candidates, by the number of lost runs and the mean cost in "
-    f"{TRAINING} training runs with other draws and noise."
+    f"{TRAINING} training runs with other draws and noise. MPC is tuned with {MANY_SWEEPS} sweeps, and judged with "
+    "those that its design derives."
 )
 SAMPLE = f"{DRAWS} draws of the plant's numbers, the start, the target and the noise, the same for all laws."
 ASSUMED = (

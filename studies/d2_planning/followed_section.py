@@ -159,8 +159,9 @@ def finding(runs: Arrivals) -> wb.Finding:
         statement=f"With gains along the plan, and numbers that are off by up to {100 * USUAL:g} %, these shares of "
         f"loops arrive: {along}.",
         evidence=f"The shares of the other ways, in the same order: {others}. Feedforward alone cannot hold an end "
-        "that is unstable, nor with gravity an arm. At the swing-up of the Furuta pendulum with numbers off by up to "
-        f"{100 * HARDEST[1]:g} %, with nonlinear MPC that previews the plan, {FEW_LOOPS}, {nonlinear_words(runs)}.",
+        "that is unstable, nor an arm against gravity. The swing-up of the Furuta pendulum was tried with nonlinear "
+        f"MPC, too, which previews the plan: with numbers off by up to {100 * HARDEST[1]:g} %, {FEW_LOOPS}, "
+        f"{nonlinear_words(runs)}.",
         statistic="The share of runs that arrive: the root mean square distance from the goal over the last "
         f"{JUDGED:g} s is at most {', '.join(f'{m.near:g}' for m in MOTIONS.values())} rad. A way counts unless the "
         "whole interval of its share lies below that of another.",
@@ -168,7 +169,8 @@ def finding(runs: Arrivals) -> wb.Finding:
         "intervals at 95 % for each share.",
         information="All ways read the same coarse and noisy positions through the same extended Kalman filter with "
         "the model's numbers, and their command comes a period of 10 ms late.",
-        assumptions="The plans keep narrower limits than the drives, for feedback; the weights of the gains are ours.",
+        assumptions="The plans keep narrower limits than those of the drives, so that feedback has room; the weights "
+        "of the gains are ours.",
         fitted_numbers="None.",
         answer=runs.answer(),
         variations=changed_answers(runs),
@@ -200,13 +202,13 @@ def section(runs: Arrivals) -> wb.Section:
     """The planned motions in pictures and tables."""
     words = (
         "Each motion is planned for the model, and followed by a computer with a period of 10 ms, whose command acts a "
-        "period late. It reads positions alone, with noise and in steps, and an extended Kalman filter gives the "
-        f"velocities. Behind the plan its end is held for {REST:g} s. The first way to follow has gains along the "
-        f"plan, those of the time-varying LQR. The second, '{CAUGHT}', feeds the input forward and closes the loop "
+        "period late. The computer reads positions alone, with noise and in steps, and an extended Kalman filter "
+        f"estimates the velocities. After the plan, its end is held for {REST:g} s. The first way to follow has gains "
+        f"along the plan, by the time-varying LQR. The second, '{CAUGHT}', feeds the input forward and closes the loop "
         "with the gain of the end in the last tenth of the plan. The third has this gain throughout. The fourth, "
-        f"'{FORWARD}', has no feedback. Where these lose most loops, at the {MOTIONS[HARDEST[0]].name} with numbers "
-        f"off by up to {100 * HARDEST[1]:g} %, a nonlinear predictive law with the same weights previews {STAGES} "
-        f"periods of the plan: {FEW_LOOPS} {nonlinear_words(runs)}."
+        f"'{FORWARD}', has no feedback. Most loops are lost at the {MOTIONS[HARDEST[0]].name} with numbers off "
+        f"by up to {100 * HARDEST[1]:g} %. There a nonlinear predictive law with the same weights, which previews "
+        f"{STAGES} periods of the plan, was tried, too: {FEW_LOOPS} {nonlinear_words(runs)}."
     )
     blocks = (wb.Paragraph(words), plan_figure(runs), share_figure(runs), plan_table(runs))
     return wb.Section("Planned and followed", blocks)
@@ -287,9 +289,10 @@ def plan_table(runs: Arrivals) -> wb.document.ReportTable:
         wb.document.TableColumn("funnel", "%", "right"),
     )
     notes = (
-        "Defect: the largest distance of the simulator from the next node, as a share of each state's range; run "
-        f"defect: that of one run from the start. Funnel: of {FUNNEL_RUNS} starts near that of the plan, without noise "
-        "and delay and with the model's numbers, the share that stays near the plan, with its interval at 95 %.",
+        "Defect: the largest distance of the simulator from the next node, as a share of each state's range. Run "
+        f"defect: the distance from the plan in one run from the start. Funnel: the share of {FUNNEL_RUNS} drawn "
+        "starts from which the loop stays near the plan, without noise and delay and with the model's numbers, with "
+        "its interval at 95 %.",
     )
     return wb.document.ReportTable(
         "plan_certificates", "The plans, and what their certificates say.", columns, tuple(rows), notes

@@ -13,6 +13,7 @@ from studies.d2_planning.target import LoadedPlant, Target
 from studies.paper.laws import ARM
 
 Pair = tuple[float, float]
+Knobs = dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,15 @@ def linear_model(key: str) -> LinearModel:
     system = np.block([[A - np.eye(n), B], [C, np.zeros((len(C), m))]])
     rest = np.linalg.lstsq(system, np.vstack([np.zeros((n, len(C))), np.eye(len(C))]), rcond=None)[0]
     return LinearModel(A, B, C, rest[:n], rest[n:])
+
+
+def weights(problem: Problem, knobs: Knobs) -> tuple[wb.Array, wb.Array]:
+    """Q and R of a quadratic cost: positions or levels count alike, the other states and the inputs by knobs."""
+    nx, count = problem.plant.states.size, len(problem.outputs.labels)
+    Q = np.diag([1.0] * count + [knobs["rates"]] * (nx - count))
+    own = PROBLEMS[problem.key]  # the weights stay those of the usual limits
+    span = np.array(own.high) - np.array(own.low)
+    return Q, np.diag(knobs["inputs"] / (span / 2) ** 2)
 
 
 def target_of(problem: Problem) -> Target:

@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.d2_planning.designs import LOAD, Knobs, Law
-from studies.d2_planning.problems import Problem, observer_of
+from studies.d2_planning.designs import LOAD, Law
+from studies.d2_planning.problems import Knobs, Problem, observer_of
 
 HALF = 0.5  # of the time, that counts as late
 

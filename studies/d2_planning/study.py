@@ -9,13 +9,24 @@ from collections.abc import Mapping
 from typing import Any
 
 import workbench as wb
-from studies.d2_planning import batches, conditions_section, findings, followed_section, followers, machine_section
+from studies.d2_planning import (
+    batches,
+    conditions_section,
+    findings,
+    followed_section,
+    followers,
+    machine_section,
+    settings_section,
+)
+from studies.d2_planning.certificates import PIECES, prove_conflict, published_piece
 from studies.d2_planning.choices import Item, choose, items
 from studies.d2_planning.evidence import Evidence, gather
 from studies.d2_planning.laws_section import cost_section, limits_section
-from studies.d2_planning.machine import Cost, cost_on_machine, costs_items
+from studies.d2_planning.machine import Cost
 from studies.d2_planning.motions import MOTIONS, plan_motion
+from studies.d2_planning.posed_problems import INFEASIBLE, POSED
 from studies.d2_planning.problems import PROBLEMS
+from studies.d2_planning.settings import compare_settings
 
 
 def sweeps(answers: Mapping[str, Any]) -> tuple[wb.Sweep, ...]:
@@ -40,6 +51,7 @@ def sections(results: wb.Results) -> wb.Page:
             cost_section(evidence),
             limits_section(evidence),
             machine_section.section(costs),
+            settings_section.section(results),
             conditions_section.section(evidence),
         ),
     )
@@ -50,14 +62,13 @@ def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mappi
     least = min(arrivals.share(key, followers.ALONG).value for key in MOTIONS)
     usual, tight = (findings.orders(evidence, at, "lqr") for at in (findings.usual(), findings.tightest()))
     ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
-    price = f" for {min(ratios):.0f} to {max(ratios):.0f} times the instructions" if max(ratios) > 0 else ""
-    share = "all" if least == 1 else f"at least {100 * least:.0f} % of"
-    worse = (usual.count("above"), tight.count("above"))
-    told = f" (worse on {worse[0]} and {worse[1]})" if any(worse) else ""
+    price = f", for {min(ratios):.0f}- to {max(ratios):.0f}-fold instructions" if max(ratios) > 0 else ""
+    share = "All" if least == 1 else f"At least {100 * least:.0f} % of"
+    wins, losses = ([one.count(side) for one in (usual, tight)] for side in ("below", "above"))
+    told = f", loses on {losses[0]} and {losses[1]}" if any(losses) else ""
     return (
-        f"With gains along the plan and numbers up to {100 * followers.USUAL:g} % off, {share} loops arrive. MPC is "
-        f"better than clipped LQR on {usual.count('below')} of {len(usual)} plants at usual limits, "
-        f"{tight.count('below')} at the tightest{told},{price}."
+        f"{share} loops arrive with gains along the plan and numbers within {100 * followers.USUAL:g} %. MPC beats "
+        f"clipped LQR on {wins[0]} of {len(usual)} plants at usual limits and {wins[1]} at the tightest{told}{price}."
     )
 
 
@@ -81,8 +92,10 @@ study = wb.Study(
     ),
     works=(
         wb.Work("plans", plan_motion, tuple(MOTIONS), seconds=5.0),
-        wb.Work("choices", choose, items(), seconds=4.0),
-        wb.Work("costs", cost_on_machine, costs_items(), seconds=3.0),
+        wb.Work("choices", choose, items(), seconds=12.0),
+        wb.Work("settings", compare_settings, tuple(POSED), seconds=6.0),
+        wb.Work("conflicts", prove_conflict, tuple(INFEASIBLE), seconds=2.0),
+        wb.Work("published", published_piece, tuple(PIECES), seconds=0.1),
     ),
     sweeps=sweeps,
     sections=sections,

@@ -12,7 +12,7 @@ from workbench.arms.paper_equations.arm_letters import fix_parameters
 from workbench.arms.paper_equations.entry_units import read_unit, units_of
 from workbench.arms.paper_equations.printed_equations import read_sheet
 from workbench.core import Entry, Layout
-from workbench.core.notation.reader import formula_of
+from workbench.core.notation.loop_recursions import formula_of
 from workbench.core.units import ONE, read
 
 PAPER = Dynamics.of(paper_arm())

@@ -7,8 +7,10 @@ from studies.b4_handover import predictive_laws, predictive_tables
 from studies.b4_handover.osqp_code import osqp_lacks, osqp_run
 from studies.b4_handover.predictive_laws import PredictiveCount, SolverCount, predictive_count, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, PUSHED, problems
+from studies.b4_handover.predictive_tables import error_in_words, in_thousands
 from studies.b4_handover.tinympc import tinympc_lacks
 from tests.support.targets_here import needs_cortex_m
+from workbench.report.number_text import number_text
 from workbench.study import Results
 
 STACK = 8192  # bytes, which the issue allows
@@ -26,7 +28,7 @@ def test_every_problem_has_a_row_at_every_horizon():
     for run in (PUSHED, IDLE):
         table = predictive_tables.solver_table(results(), run)
         assert len(table.rows) == len(problems()) * len(predictive_laws.HORIZONS)
-        assert {row[-1] for row in table.rows} == {4.0}
+        assert {row[6:8] for row in table.rows} == {(4.0, 7.5)}
     assert {one.sizes[0] for one in problems()} == {2, 4, 6, 8, 16}
 
 
@@ -34,7 +36,22 @@ def test_a_solver_that_is_not_here_is_named_and_leaves_its_cells_empty():
     section = predictive_tables.predictive_section(results(tinympc=None, reasons=("no sources", "no osqp")))
     assert any("Not counted here: no sources; no osqp." in str(item) for item in section.blocks)
     table = predictive_tables.solver_table(results(tinympc=None), PUSHED)
-    assert {row[6:] for row in table.rows} == {(None,) * 7}
+    assert {row[4:] for row in table.rows} == {(None,) * 4}
+
+
+def test_instructions_are_thousands_to_three_digits_without_a_power_of_ten():
+    counts = (1548.0, 22783.3, 148642.0, 7_303_007.0, 227_394_680.0)
+    assert [str(number_text(in_thousands(one), 3)) for one in counts] == ["1.55", "22.8", "149", "7300", "227\u2009000"]
+
+
+def test_osqp_has_a_row_for_both_kinds_of_run():
+    table = predictive_tables.osqp_table(results(osqp=SolverCount(2_345_678.0, 3e6, 1e-4, 25.0)))
+    assert {row[2:] for row in table.rows} == {(2350, 3000, 2350, 3000)}
+
+
+def test_errors_of_a_column_are_all_written_with_a_power_of_ten():
+    assert [error_in_words(one) for one in (0.28, 4.2e-4, 3e-17)] == ["3·10⁻¹", "4·10⁻⁴", "rounding"]
+    assert {row[2:5] for row in predictive_tables.error_table(results()).rows} == {("1·10⁻⁹", "1·10⁻³", None)}
 
 
 @needs_cortex_m

@@ -25,7 +25,7 @@ from workbench.arms.paper_equations.printed_equations import Sheet, read_sheet
 from workbench.arms.paper_equations.statements import Language
 from workbench.arms.paper_equations.tokens import MOST_CHARACTERS
 from workbench.core.notation import text
-from workbench.core.notation.reader import formula_of
+from workbench.core.notation.loop_recursions import formula_of
 from workbench.core.validation.signatures import check_arguments
 
 TORQUE = {

@@ -19,8 +19,8 @@ from workbench.arms.properties import skew
 from workbench.core.notation import text
 from workbench.core.notation.build import parts, rebuilt
 from workbench.core.notation.formula import Formula, Number, Power, Sum, children
+from workbench.core.notation.loop_recursions import formula_of
 from workbench.core.notation.normal_form import NormalForm, NotInClass
-from workbench.core.notation.reader import formula_of
 from workbench.core.validation.refusals import Array
 
 STATES = 8  # two equations agree by chance at one, not at so many

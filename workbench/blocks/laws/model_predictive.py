@@ -29,10 +29,12 @@ from workbench.core.validation.refusals import known_name, refusal, whole
 class ModelPredictive(AbstractController):
     """Linear model predictive control: the first input of a plan of N stages, computed anew in each period.
 
-    The plan minimises the sum of e'Q e + v'R v over the stages, with e and v the deviations of states and inputs from
-    a rest, and with the cost of the LQR law behind the last stage. It keeps low <= F e + E v <= high at each stage. A
-    fixed number of sweeps solves it: see `planning.linear_mpc.splitting`, whose numbers the block holds.
-    `ModelPredictive.of` makes the law of a design.
+        minimise sum e_k'Q e_k + v_k'R v_k + e_N'P e_N,      k = 0, ..., N - 1,
+        e_k+1 = A e_k + B v_k,      low <= F e_k + E v_k <= high,      u = u0 + v_0
+
+    with e = x - x0 and v = u - u0 the deviations from a rest, and P the cost of the LQR law. A fixed number of sweeps
+    solves it: see `planning.linear_mpc.splitting`, whose numbers the block holds. `ModelPredictive.of` makes the law
+    of a design.
 
     Where no limit acts, u = u0 - K (x - x0): the law is LQR. The memory `residual` is the residual before the last
     sweep, as a share of the distance between the limits of a row, and `worst` the largest so far. A run in which it

@@ -20,8 +20,8 @@ from workbench.core.notation.formula import (
     entry_symbol,
     symbol,
 )
+from workbench.core.notation.loop_recursions import formula_of
 from workbench.core.notation.program import walk
-from workbench.core.notation.reader import formula_of
 
 __all__ = [
     "Formula",

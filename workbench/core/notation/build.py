@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from workbench.core.notation.formula import (
     Call,
     Cases,
     Formula,
+    Matrix,
     Number,
     Power,
     Product,
@@ -282,12 +283,18 @@ def substitute(formula: Formula, meanings: Mapping[Symbol, Formula]) -> Formula:
 
 def rebuilt(formula: Formula, among: Sequence[Formula]) -> Formula:
     """A formula of the same kind with other parts; of a sum or a product there may be more or fewer."""
-    rules: dict[type, Callable[..., Formula]] = {
-        Sum: lambda *terms: total(terms),
-        Product: lambda *factors: product(factors),
-        Quotient: quotient,
-        Power: power,
-    }
-    if isinstance(formula, Call):
-        return call(formula.function, *among)
-    return rules[type(formula)](*among) if type(formula) in rules else formula
+    match formula:
+        case Sum() | Product():
+            return (total if isinstance(formula, Sum) else product)(among)
+        case Quotient() | Power():
+            return (quotient if isinstance(formula, Quotient) else power)(*among)
+        case Call(function):
+            return call(function, *among)
+        case Relation(_, sign, _):
+            return Relation(among[0], sign, among[1])
+        case Cases():
+            return Cases(tuple(zip(among[:-1:2], among[1::2], strict=True)), among[-1])
+        case Matrix(rows):
+            entries = iter(among)
+            return Matrix(tuple(tuple(next(entries) for _ in row) for row in rows))
+    return formula

@@ -151,9 +151,9 @@ def style(text: str) -> Style:
 
 def runs(index: str) -> list[tuple[Style, str]]:
     """An index as runs of one style: `max,1` is a word, a comma and a number, `c1` a letter and a number."""
-    if not re.fullmatch(r"[A-Za-z0-9,*]+", index):
+    if not re.fullmatch(r"[A-Za-z0-9,*+]+", index):
         return [("word", visible(index))]
-    return [(style(run), run) for run in re.findall(r"[A-Za-z]+|\d+|[,*]", index)]
+    return [(style(run), run) for run in re.findall(r"[A-Za-z]+|\d+|[,*+]", index)]
 
 
 def visible(text: str) -> str:

@@ -66,7 +66,7 @@ MATHML = Markup(
     over={sign: OVER.format(mark) for sign, mark in zip((*ACCENTS, "dot", "ddot"), "^~¯˙¨", strict=True)},
     subscript="<msub>{}{}</msub>",
     both="<msubsup>{}{}{}</msubsup>",
-    marks={",": '<mo separator="true" rspace="0">,</mo>', "*": "<mo>*</mo>"},
+    marks={",": '<mo separator="true" rspace="0">,</mo>', "*": "<mo>*</mo>", "+": '<mo lspace="0" rspace="0">+</mo>'},
     quotient="<mfrac>{}{}</mfrac>",
     power="<msup>{}{}</msup>",
     group=_fence("(", "{}", ")"),

@@ -96,17 +96,8 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
 
 
-@check_arguments
-def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
-    """An expression as a formula, in its textbook form if it has one.
-
-    Examples
-    --------
-    >>> import casadi as ca
-    >>> q = ca.SX.sym("q")
-    >>> [type(part).__name__ for part in wb.notation.formula_of(2 * q**2, {"q": "q_1"}).factors]
-    ['Number', 'Power']
-    """
+def loop_free_formula(expression: ca.SX, names: Mapping[str, str]) -> Formula:
+    """An expression without loops as a formula, in its textbook form if it has one."""
     symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
     try:
         return to_formula(expression, symbols)

@@ -248,11 +248,11 @@ def _lawson_hanson(T: Array, y0: Array, low: Array, high: Array) -> tuple[Array 
 
 
 def _conflict(exact: ExactMpc, x: Array) -> tuple[str, ...]:
-    """Limits that conflict, none of which can be left out."""
-    names = exact.problem.rows.names
+    """Limits that conflict, none of which can be left out; those of inputs stay rather than others."""
+    names, nu = exact.problem.rows.names, exact.problem.B.shape[1]
     low, high, y0 = exact.problem.low.copy(), exact.problem.high.copy(), exact.maps.Y @ x
     needed = []
-    for i, name in enumerate(names):
+    for i in (*range(nu, len(names)), *range(nu)):
         rows = slice(i, None, len(names))
         kept = low[rows].copy(), high[rows].copy()
         if not (np.isfinite(kept[0]).any() or np.isfinite(kept[1]).any()):
@@ -260,5 +260,5 @@ def _conflict(exact: ExactMpc, x: Array) -> tuple[str, ...]:
         low[rows], high[rows] = -np.inf, np.inf
         if _lawson_hanson(exact.T, y0, low, high)[0] is not None:
             low[rows], high[rows] = kept
-            needed.append(name)
-    return tuple(needed)
+            needed.append(i)
+    return tuple(names[i] for i in sorted(needed))

@@ -32,7 +32,7 @@ class InfeasibilityProof:
     Parameters
     ----------
     limits
-        The names of limits that conflict: without any one of them the state has a solution.
+        The names of limits that conflict: without any one of them the others named here can be kept.
     multipliers
         (N, nc), the Farkas vector; zero for the inputs.
     margin
