@@ -80,9 +80,7 @@ def test_the_linear_loop_at_rest_is_that_of_lqr():
     design, plant = cart_design(horizon=3, sweeps=2, modes=1), wb.CartPole()
     laws = wb.ModelPredictive.of(plant, design), wb.StateFeedback.of(plant, design.problem.K)
     loops = [wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law) for law in laws]
-    below = {"controller.worst": -1}  # the largest residual so far has a corner where none was yet
-    predictive = wb.linear_loop(wb.DigitalLoop(loops[0], 0.02), side=below)
-    linear = wb.linear_loop(wb.DigitalLoop(loops[1], 0.02))
+    predictive, linear = (wb.linear_loop(wb.DigitalLoop(one, 0.02)) for one in loops)
     margins = [one.margins()["F"].margins for one in (predictive, linear)]
     assert margins[0].phase_margin.value == pytest.approx(margins[1].phase_margin.value, rel=1e-9)  # two roads to one L
 

@@ -118,12 +118,12 @@ class StepRule:
         """The symbols of the numbers that are new at each step: w, and d if there are recorded numbers."""
         return [self.w, self.d] if self.d.numel() else [self.w]
 
-    @property
+    @cached_property
     def operations(self) -> int:
         """The number of operations of a step, roughly."""
         return operation_count(self.parts) * self._stages
 
-    @property
+    @cached_property
     def written_operations(self) -> int:
         """The number of operations of a step in which each loop is passed once, roughly: the size of its code."""
         return operation_count(self.parts, of_passes=False) * self._stages

@@ -175,15 +175,16 @@ def flow_over(
 
     Without a number the steps are halved until nothing changes.
     """
-    flow, step = system.flow, _step_of(system.flow)
+    flow, (step, moving, used) = system.flow, _step_of(system.flow)
     before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
     steps = substeps or FEWEST
     while steps <= MOST_STEPS:
-        state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
+        state, by_x, by_u = x.copy(), np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
         for i in range(steps):
             each = step(t + i * system.period / steps, state, p, system.period / steps)
-            state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
-            by_x, by_u = own @ by_x, own @ by_u + driven
+            end, own, driven = (np.array(part) for part in each)
+            state[moving] = end.ravel()
+            by_x[moving], by_u[moving] = own @ by_x[used], own @ by_u[used] + driven
         now_all = np.column_stack([state, by_x, by_u])
         if substeps or np.abs(now_all - before).max() <= STEP_TOLERANCE * np.abs(now_all).max():
             return state, by_x, by_u
@@ -195,10 +196,16 @@ def flow_over(
 
 
 @lru_cache(maxsize=LATEST)
-def _step_of(flow: Ode) -> ca.Function:
-    """A Runge-Kutta step (t, x, p, h) of a flow, with its derivatives by states and inputs."""
+def _step_of(flow: Ode) -> tuple[ca.Function, list[int], list[int]]:
+    """A Runge-Kutta step (t, x, p, h) of the states that move, with its derivatives by those it uses and by inputs.
+
+    Beside it stand the places of both. The many memories of a computer neither move between two instants nor act.
+    """
     h, now = ca.SX.sym("h"), ca.SX.sym("now")
+    moving = [i for i, rate in enumerate(ca.vertsplit(ca.densify(flow.rate))) if not rate.is_zero()]
     f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-    end = runge_kutta(f, now, flow.x, flow.p, h)
-    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
-    return ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
+    end = runge_kutta(f, now, flow.x, flow.p, h)[moving]
+    by_x, by_u = (ca.jacobian(end, z) for z in (flow.x, flow.input_symbols))
+    used = sorted(set(by_x.sparsity().get_col()))
+    values = [ca.densify(part) for part in (end, by_x[:, used], by_u)]
+    return ca.Function("step", [now, flow.x, flow.p, h], values), moving, used

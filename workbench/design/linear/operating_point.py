@@ -90,24 +90,28 @@ def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array,
 
 def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
-    n, driven, function = ode.states.size, places_of(ode), _values_beside_jumps(ode)
-    if function is None:
+    n, driven, functions = ode.states.size, places_of(ode), _values_beside_jumps(ode)
+    if functions is None:
         return
+    value, slope = functions
     at = np.concatenate([x, p[driven]])
     reach = ON_IT * (1 + np.abs(at))
     labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
     # all at once too, in no special direction: sign(x1 x2) jumps along neither axis
     across = np.vstack([np.diag(reach), reach * np.cos(np.arange(1.0, len(at) + 1))])
     for direction, label in zip(across, [*labels, "all of them change"], strict=True):
-        moves, heights, slopes = direction != 0, [], []
+        moves, points = direction != 0, []
         for side in (-1, 0, 1):
             row, moved = p.copy(), at + side * direction
             row[driven] = moved[n:]
-            height, slope = (np.array(part) for part in function(t, moved[:n], row))
-            heights.append(height.ravel())
-            slopes.append(np.abs(slope[:, moves]) @ np.abs(direction[moves]))
-        change = np.ptp(heights, axis=0) - 4 * np.maximum(slopes[0], slopes[2])
-        if change.max() > JUMP * (1 + np.abs(heights[0]).max()):
+            points.append((t, moved[:n], row))
+        heights = [np.array(value(*point)).ravel() for point in points]
+        change, least = np.ptp(heights, axis=0), JUMP * (1 + np.abs(heights[0]).max())
+        if change.max() <= least:  # for which no slope is needed, that may cost a hundred times as much
+            continue
+        slopes = [np.abs(np.array(slope(*points[i]))[:, moves]) @ np.abs(direction[moves]) for i in (0, 2)]
+        change = change - 4 * np.maximum(*slopes)
+        if change.max() > least:
             names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
             raise ValueError(
                 f"`{call}(...)`: {names[int(change.argmax())]} jumps by {change.max():.3g} as {label} at this state, "
@@ -116,12 +120,13 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
 
 
 @lru_cache(maxsize=LATEST)
-def _values_beside_jumps(ode: Ode) -> ca.Function | None:
-    """Rates and outputs with their Jacobian by states and inputs, or None if none of them can jump."""
+def _values_beside_jumps(ode: Ode) -> tuple[ca.Function, ca.Function] | None:
+    """Rates and outputs, and their Jacobian by states and inputs, or None if none of them can jump."""
     z, both = ca.vertcat(ode.x, ode.input_symbols), ca.densify(ca.vertcat(ode.rate, ode.output))
     if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
         return None
-    return ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
+    symbols = [ode.t, ode.x, ode.p]
+    return ca.Function("both", symbols, [both]), ca.Function("J", symbols, [ca.densify(ca.jacobian(both, z))])
 
 
 def smooth(ode: Ode) -> str:
