@@ -76,7 +76,7 @@ def bounded_loop(
     if len(full) < len(given):
         body = _with_empty_columns(body, [part.shape[0] for part in given])
     function, others = _body(body, start.numel(), full, handed)
-    return tuple(_loop(function, N, backward).call([start, *full, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+    return tuple(loop_function(function, N, backward).call([start, *full, ca.veccat(ca.SX(0, 1), *handed, *others)]))
 
 
 def _with_empty_columns(body: Callable[..., tuple[ca.SX, ...]], sizes: list[int]) -> Callable[..., tuple[ca.SX, ...]]:
@@ -168,7 +168,8 @@ def _loops(function: ca.Function) -> list[LoopBody]:
     return [loop for loop in loops if loop is not None]
 
 
-def _loop(body: ca.Function, count: int, backward: bool) -> ca.Function:
+@check_arguments
+def loop_function(body: ca.Function, count: int, backward: bool) -> ca.Function:
     """The function of (c, rows, ..., shared) that passes a body; by its name `called_loop` knows it again."""
     sizes = [body.numel_in(i) for i in range(body.n_in())]
     digest = fingerprint_of(repr(sizes).encode(), body)[:16]

@@ -76,7 +76,7 @@ def one_period(
     after = jump.rate_at(k, x, p)
     refuse_jump_at(call, flow, t, after, p)
     output = np.array(flow.h(t, after, p)).ravel()
-    first, then = SwitchingFunctions.of(jump), SwitchingFunctions.of(flow)
+    first, then = SwitchingFunctions.of(jump).at(k, x, p), SwitchingFunctions.of(flow).at(t, after, p)
     jumped, moved = first.pieces(k, x, p), then.pieces(t, after, p)
     odd = np.zeros(len(output), dtype=bool)
     if not jumped and not moved:

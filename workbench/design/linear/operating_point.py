@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.bounded_loop import operation_codes
 from workbench.core.notation.program import walk
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.notebook_display import show
@@ -18,7 +19,7 @@ from workbench.core.validation.refusals import Array, as_array, describe, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import LARGEST, DesignError
-from workbench.proofs.interval import jumps
+from workbench.proofs.interval import JUMPS, jumps
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
@@ -93,13 +94,15 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     n, driven, functions = ode.states.size, places_of(ode), _values_beside_jumps(ode)
     if functions is None:
         return
-    value, slope = functions
+    value, slope, acts = functions
     at = np.concatenate([x, p[driven]])
     reach = ON_IT * (1 + np.abs(at))
     labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
     # all at once too, in no special direction: sign(x1 x2) jumps along neither axis
     across = np.vstack([np.diag(reach), reach * np.cos(np.arange(1.0, len(at) + 1))])
     for direction, label in zip(across, [*labels, "all of them change"], strict=True):
+        if not acts[direction != 0].any():
+            continue
         moves, points = direction != 0, []
         for side in (-1, 0, 1):
             row, moved = p.copy(), at + side * direction
@@ -120,13 +123,17 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
 
 
 @lru_cache(maxsize=LATEST)
-def _values_beside_jumps(ode: Ode) -> tuple[ca.Function, ca.Function] | None:
-    """Rates and outputs, and their Jacobian by states and inputs, or None if none of them can jump."""
+def _values_beside_jumps(ode: Ode) -> tuple[ca.Function, ca.Function, Array] | None:
+    """Rates and outputs, their Jacobian by states and inputs, and which of these act; None if none of them can jump."""
     z, both = ca.vertcat(ode.x, ode.input_symbols), ca.densify(ca.vertcat(ode.rate, ode.output))
-    if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
-        return None
     symbols = [ode.t, ode.x, ode.p]
-    return ca.Function("both", symbols, [both]), ca.Function("J", symbols, [ca.densify(ca.jacobian(both, z))])
+    value = ca.Function("both", symbols, [both])
+    of_loops = operation_codes(value)[value.n_instructions() :]
+    if not set(JUMPS).intersection(of_loops) and not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
+        return None
+    acts = np.zeros(z.numel(), dtype=bool)
+    acts[ca.jacobian_sparsity(both, z).get_col()] = True
+    return value, ca.Function("J", symbols, [ca.densify(ca.jacobian(both, z))]), acts
 
 
 def smooth(ode: Ode) -> str:
