@@ -72,7 +72,7 @@ def one_period(
         raise ValueError(f"`{call}(t=...)` must be a multiple of the period {system.period:g} s; got {t:g} s.")
     k, flow, jump, n = float(round(k)), system.flow, jump_of(system), len(x)
     _refuse_stairs(call, jump, k, p, is_lifted)
-    refuse_jump_at(call, jump, k, x, p)
+    refuse_jump_at(call, jump, k, x, p, _used_states(system, used_entries))
     after = jump.rate_at(k, x, p)
     refuse_jump_at(call, flow, t, after, p)
     output = np.array(flow.h(t, after, p)).ravel()
@@ -96,6 +96,23 @@ def one_period(
             _refuse_period(call, first, jumped, then, moved)
         J, odd = ways[0].near, np.asarray(apart[n:].any(axis=1))
     return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]), odd)
+
+
+def _used_states(system: SampledSystem, used_entries: UsedEntries) -> Mask:
+    """True for the states (nx,) after a jump on which the answer depends, as others are computed and never read."""
+    flow, jump, n = system.flow, jump_of(system), system.states.size
+    jumped, rate, output = (
+        np.array(ca.DM(ca.jacobian_sparsity(ca.densify(values), ca.vertcat(each.x, each.input_symbols)), 1)) > 0
+        for values, each in ((jump.rate, jump), (flow.rate, flow), (flow.output, flow))
+    )
+    reach = np.eye(jumped.shape[1], dtype=bool)
+    reach[:n] |= rate
+    for _ in range(len(reach).bit_length()):
+        reach = reach.astype(float) @ reach > 0
+    after = np.vstack([reach[:n], output])  # of the ends of a period and the outputs, by what is there after the jump
+    pattern = after.astype(float) @ np.vstack([jumped, np.eye(len(reach))[n:]]) > 0
+    used = (used_entries(pattern) & pattern).any(axis=1)
+    return np.asarray(after[used, :n].any(axis=0))
 
 
 def _after(

@@ -25,6 +25,7 @@ ON_IT = 1e-12  # a switching function smaller than this share of the state count
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
 GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 LATEST = 16  # equations whose functions are kept, as the rows of a loop take them again and again
 
 
@@ -89,12 +90,16 @@ def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array,
     return A, B, Cy, D
 
 
-def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
-    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
+def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array, rates: Mask | None = None) -> None:
+    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass.
+
+    With a mask `rates` (nx,) others may jump.
+    """
     n, driven, functions = ode.states.size, places_of(ode), _values_beside_jumps(ode)
     if functions is None:
         return
     value, slope, acts = functions
+    counts = np.ones(n + ode.outputs.size) if rates is None else np.r_[rates, np.ones(ode.outputs.size)]
     at = np.concatenate([x, p[driven]])
     reach = ON_IT * (1 + np.abs(at))
     labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
@@ -109,7 +114,7 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
             row[driven] = moved[n:]
             points.append((t, moved[:n], row))
         heights = [np.array(value(*point)).ravel() for point in points]
-        change, least = np.ptp(heights, axis=0), JUMP * (1 + np.abs(heights[0]).max())
+        change, least = np.ptp(heights, axis=0) * counts, JUMP * (1 + np.abs(heights[0]).max())
         if change.max() <= least:  # for which no slope is needed, that may cost a hundred times as much
             continue
         slopes = [np.abs(np.array(slope(*points[i]))[:, moves]) @ np.abs(direction[moves]) for i in (0, 2)]
