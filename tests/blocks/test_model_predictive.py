@@ -78,7 +78,9 @@ def test_where_no_limit_acts_the_law_is_lqr(options):
 
 
 @pytest.mark.parametrize(
-    "options", [{"horizon": 20}, {"horizon": 5, "sweeps": 2, "also": {"phi": (-0.1, 0.21)}}], ids=["inputs", "hard limit"]
+    "options",
+    [{"horizon": 20}, {"horizon": 5, "sweeps": 2, "also": {"phi": (-0.1, 0.21)}}],
+    ids=["inputs", "hard limit"],
 )
 def test_linear_answers_at_rest_are_those_of_lqr(options):
     design, plant = cart_design(**options), wb.CartPole()

@@ -1,4 +1,4 @@
-"""Corners within bounded loops: seen in each pass as in the same equation written out, where no choice leaves it out."""
+"""Corners within bounded loops: those of the same passes written out, where no choice leaves them out."""
 
 from functools import reduce
 
