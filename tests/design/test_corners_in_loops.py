@@ -186,3 +186,16 @@ def test_rows_of_a_linear_loop_have_the_corners_within_loops():
     rows = linear.rows({"controller.offset": np.array([0.0, 0.5, 1.0 + 2.0 * rest, 1.5])})
     assert list(rows.reasons) == [2]
     assert "of fmin(...) in pass 1 of 3 of a loop" in rows.reasons[2]
+
+
+def test_the_linear_loop_of_a_nonlinear_plan_at_rest_is_that_of_lqr():
+    plant = wb.CartPole()
+    model = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
+    weights = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
+    design = wb.nonlinear_predictive_design(model, 0.02, *weights, 3, limits={"F": (-10.0, 10.0)})
+    plan = wb.NonlinearPredictive.of(plant, design)
+    laws = plan, wb.StateFeedback.of(plant, plan.K)
+    loops = [wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law) for law in laws]
+    answers = [wb.linear_loop(wb.DigitalLoop(loop, 0.02)).response([0.3, 3.0, 30.0], "L").values for loop in loops]
+    # the law's own Runge-Kutta steps and its recursion over three stages, of numbers up to 1e3
+    np.testing.assert_allclose(*answers, rtol=1e-9)
