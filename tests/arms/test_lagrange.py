@@ -9,10 +9,10 @@ from tests.support.arms import moving_arms, random_arm
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import lagrange
-from workbench.core.bounded_loop import bounded_loop, called_loop
 from workbench.blocks.loop import open_loop
 from workbench.blocks.signals import SineTorque
 from workbench.core import rk4
+from workbench.core.bounded_loop import bounded_loop, called_loop
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 
