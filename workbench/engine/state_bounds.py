@@ -60,9 +60,11 @@ class StateExtremes:
         """The extremes of states x (B, N, nx) that are kept every `stride` steps, at all steps if these are watched."""
         kept = StateExtremes.of_kept(step, first, stride, x)
         is_watched = kept.entries and all(name in step.states for name in watch_memory(step.states).names)
-        return StateExtremes.of_totals(step, step.states, step.states, x[:, -1]).joined(kept) if is_watched else kept
+        return (
+            StateExtremes.of_totals(step, step.states, step.states, x[:, -1]).with_later(kept) if is_watched else kept
+        )
 
-    def joined(self, later: StateExtremes) -> StateExtremes:
+    def with_later(self, later: StateExtremes) -> StateExtremes:
         """The extremes with those of later steps."""
         beyond = np.where(self.beyond == NEVER, later.beyond, self.beyond)
         low, high = np.fmin(self.low, later.low), np.fmax(self.high, later.high)

@@ -110,7 +110,7 @@ class Trajectories:
     def _extremes(self) -> StateExtremes:
         """The extremes of the states with bounds: those that a watch has, and those of the kept times."""
         kept = StateExtremes.of_runs(self.step, self.job.begin, self.job.stride, self.x)
-        return kept if self.extremes is None else self.extremes.joined(kept)
+        return kept if self.extremes is None else self.extremes.with_later(kept)
 
     def __repr__(self) -> str:
         runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"

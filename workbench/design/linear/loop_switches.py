@@ -27,13 +27,13 @@ Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 STEEPEST = 1e8  # the largest slope at which a switching function is looked for near its zero
 
 
-class Line(NamedTuple):
+class OperationLine(NamedTuple):
     """An operation of an SX function: its code, the places of its operands and results, and the function it calls."""
 
     code: int
     operands: tuple[int, ...]
     results: tuple[int, ...]
-    called: ca.Function | None
+    callee: ca.Function | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ def _watch(
             alone = len(operands) == 1 or line.code == ca.OP_COPYSIGN
             value = _guarded(guard, operands[0] if alone else operands[0] - operands[1])
             switches.append(Switch(f"{NAMES[line.code].lower()}(...)", value, line.code in BENDS))
-        loop = None if line.called is None else called_loop(line.called)
+        loop = None if line.callee is None else called_loop(line.callee)
         watched = None if loop is None else _watched_loop(loop.name, loop)
         if watched is not None:
             of_passes = ca.vertsplit(ca.vec(_results(watched[0], [*operands, guard])[-1]))
@@ -140,13 +140,13 @@ def _watch(
 
 def _lines(
     function: ca.Function, source: Callable[[int, int], ca.SX]
-) -> tuple[list[Line], list[ca.SX], list[ca.SX], set[int]]:
+) -> tuple[list[OperationLine], list[ca.SX], list[ca.SX], set[int]]:
     """The operations of an SX function, each result with a place of its own, with all values, and the final ones."""
-    lines, values, places = list[Line](), list[ca.SX](), dict[int, int]()
+    lines, values, places = list[OperationLine](), list[ca.SX](), dict[int, int]()
     results = [ca.SX.zeros(function.numel_out(i)) for i in range(function.n_out())]
     ends = set[int]()
     for k in range(function.n_instructions()):
-        code, called = function.instruction_id(k), None
+        code, callee = function.instruction_id(k), None
         reads, writes = function.instruction_input(k), function.instruction_output(k)
         if code == ca.OP_OUTPUT:
             ends.add(places[reads[0]])
@@ -160,8 +160,8 @@ def _lines(
         elif code == ca.OP_CONST:
             made = [ca.SX(function.instruction_constant(k))]
         elif code == ca.OP_CALL:
-            called = function.instructions_sx()[k].which_function()
-            made = call_again(called, arguments)
+            callee = function.instructions_sx()[k].which_function()
+            made = call_again(callee, arguments)
         elif code == ca.OP_ASSIGN:
             made = arguments
         else:
@@ -169,11 +169,11 @@ def _lines(
         own = range(len(values), len(values) + len(made))
         values += made
         places |= {register: i for register, i in zip(writes, own, strict=True) if register >= 0}
-        lines.append(Line(code, operands, tuple(own), called))
+        lines.append(OperationLine(code, operands, tuple(own), callee))
     return lines, values, results, ends
 
 
-def _needs(lines: Sequence[Line], values: Sequence[ca.SX], ends: set[int]) -> list[ca.SX]:
+def _needs(lines: Sequence[OperationLine], values: Sequence[ca.SX], ends: set[int]) -> list[ca.SX]:
     """For each value a truth: that a result needs it at this point, as no choice leaves it out."""
     needs = [ca.SX(int(i in ends)) for i in range(len(values))]
     for line in reversed(lines):
