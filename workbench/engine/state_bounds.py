@@ -59,10 +59,9 @@ class StateExtremes:
     def of_runs(step: StepMap, first: int, stride: int, x: Array) -> StateExtremes:
         """The extremes of states x (B, N, nx) that are kept every `stride` steps, at all steps if these are watched."""
         kept = StateExtremes.of_kept(step, first, stride, x)
-        is_watched = kept.entries and all(name in step.states for name in watch_memory(step.states).names)
-        return (
-            StateExtremes.of_totals(step, step.states, step.states, x[:, -1]).with_later(kept) if is_watched else kept
-        )
+        if not kept.entries or watch_memory(step.states).names[0] not in step.states:
+            return kept
+        return StateExtremes.of_totals(step, step.states, step.states, x[:, -1]).with_later(kept)
 
     def with_later(self, later: StateExtremes) -> StateExtremes:
         """The extremes with those of later steps."""
@@ -116,10 +115,11 @@ def watch_update(states: Layout, k: ca.SX, x: ca.SX, z: ca.SX) -> ca.SX:
     after: list[ca.SX] = []
     for entry, memory in zip(bounded_entries(states), _triples(z), strict=True):
         low, high, beyond = memory
-        passes = ca.SX(0)
+        passes, least, most = ca.SX(0), entry.bounds.low, entry.bounds.high
         for number in ca.vertsplit(x[states.slice(entry.name)]):
             low, high = ca.if_else(number < low, number, low), ca.if_else(number > high, number, high)
-            passes = ca.logic_or(passes, ca.logic_or(number < entry.bounds.low, number > entry.bounds.high))
+            passes = ca.logic_or(passes, number < least) if least > -np.inf else passes
+            passes = ca.logic_or(passes, number > most) if most < np.inf else passes
         after += [low, high, ca.if_else(ca.logic_and(beyond < 0, passes), k, beyond)]
     return ca.vertcat(ca.SX(0, 1), *after)
 
