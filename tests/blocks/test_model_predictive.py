@@ -5,6 +5,7 @@ import pytest
 
 import workbench as wb
 from workbench.design.linear import operating_point
+from workbench.design.linear.linear_period import jump_of
 from workbench.planning.linear_mpc import no_memory, solve_period
 
 WEIGHTS = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
@@ -95,6 +96,20 @@ def test_linear_answers_at_rest_are_those_of_lqr(options):
     places = [[one.states.labels.index(f"plant.{name}") for name in STATES] for one in computers]
     A = [model.A[np.ix_(place, place)] for model, place in zip(models, places, strict=True)]
     np.testing.assert_allclose(*A, rtol=0, atol=1e-14)  # of gains of size 10, by two orders of the same products
+
+
+@pytest.mark.parametrize("also", [{}, {"phi": (-0.1, 0.21)}], ids=["inputs", "hard limit"])
+def test_the_derivatives_of_a_period_in_which_limits_act_are_those_of_central_differences(also):
+    plant = wb.CartPole()
+    law = wb.ModelPredictive.of(plant, cart_design(horizon=5, sweeps=1, modes=1, also=also))
+    computer = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law).digital(0.02, inputs=True)
+    x = computer.states.pack({f"plant.{name}": 0.1 * (k + 1) for k, name in enumerate(STATES)})[0]
+    x[computer.states.slice("controller.plan")] += np.linspace(0.1, 0.5, law.horizon * law.low.shape[0])
+    jump, p, h = jump_of(computer), computer.parameters.default, 1e-6
+    steps = [(jump.rate_at(1.0, x + h * e, p) - jump.rate_at(1.0, x - h * e, p)) / (2 * h) for e in np.eye(len(x))]
+    A = np.array(jump.A(1.0, x, p))
+    assert jump.rate_at(1.0, x, p)[computer.states.slice("controller.residual")] > 0.1  # sweeps are made
+    np.testing.assert_allclose(A, np.transpose(steps), rtol=0, atol=1e-6)  # of slopes up to 160: rounding 1e-14 / h
 
 
 def test_a_law_at_rest_on_its_limit_is_refused_by_name():

@@ -18,6 +18,7 @@ from workbench.core.validation.signatures import check_arguments
 
 NAME = re.compile(r"bounded_loop_(\d+)_(forward|backward)_([0-9a-f]{16})")
 BODY = "bounded_loop_body_"
+STEPS = {ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT}
 
 
 @check_arguments
@@ -183,4 +184,15 @@ def loop_function(body: ca.Function, count: int, backward: bool) -> ca.Function:
     )
     results = [every[:, -1], *(part[:, order] for part in made)]
     name = f"bounded_loop_{count}_{'backward' if backward else 'forward'}_{digest}"
+    if c.numel() and _is_stepwise(body):
+        zero = ca.sum1(4 * c - 2 * c - 2 * c)  # whose slope is zero: without one CasADi reads what nobody wrote
+        results = [part + zero for part in results]
     return ca.Function(name, [c, *rows, shared], results, {"never_inline": True})
+
+
+def _is_stepwise(body: ca.Function) -> bool:
+    """True if no result of a body has a slope, as of `sign`."""
+    if STEPS.isdisjoint(operation_codes(body)):
+        return False
+    ahead = body.forward(1)
+    return all(slope.is_zero() for slope in ahead.call(ahead.sx_in()))
