@@ -12,6 +12,7 @@ from workbench.arms.mechanics import lagrange
 from workbench.blocks.loop import open_loop
 from workbench.blocks.signals import SineTorque
 from workbench.core import rk4
+from workbench.core.bounded_loop import bounded_loop, called_loop
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 
@@ -112,3 +113,18 @@ def test_derivatives_are_taken_at_any_expression_of_the_state():
     made = lagrange.gravity_vector(lambda q: ca.sumsqr(q) * q[0], 3 * x)
     value = np.array(ca.Function("g", [x], [made])([1.0, 2.0])).ravel()
     np.testing.assert_array_equal(value, [3 * 9 + 36, 2 * 6 * 3])
+
+
+def test_a_loop_that_gives_the_speed_is_not_differentiated():
+    def mass(q):
+        return ca.blockcat([[2 + ca.cos(q[1]), ca.sin(q[0])], [ca.sin(q[0]), 1 + q[0] ** 2]])
+
+    x = ca.SX.sym("x", 4)
+    (q,), (qd,) = (bounded_loop(2, lambda c, y=y: (c + y,), y) for y in (x[:2], x[2:]))
+    pairs = (q, qd), (3 * x[:2], 3 * x[2:])
+    loop, plain = (ca.Function("C", [x], [lagrange.coriolis_matrix(mass, *pair)]) for pair in pairs)
+    at = [0.3, 0.4, 0.5, -0.6]
+    np.testing.assert_allclose(np.array(loop(at)), np.array(plain(at)), rtol=0, atol=1e-14)  # 3 x by two sums
+    calls = [loop.instructions_sx()[i] for i in range(loop.n_instructions()) if loop.instruction_id(i) == ca.OP_CALL]
+    assert len(calls) == 2  # the two loops, and no derivative of them, which the batch engine would not know
+    assert all(called_loop(call.which_function()) is not None for call in calls)

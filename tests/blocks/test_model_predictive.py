@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.design.linear import operating_point
+from workbench.design.linear.linear_period import jump_of
 from workbench.planning.linear_mpc import no_memory, solve_period
 
 WEIGHTS = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
@@ -92,15 +94,49 @@ def test_where_no_limit_acts_the_law_is_lqr(options):
     np.testing.assert_allclose(forces[:-1], linear[:-1], rtol=0, atol=1e-9)  # as the issue of the law asks
 
 
-def test_the_linear_loop_at_rest_is_that_of_lqr():
-    design, plant = cart_design(horizon=3, sweeps=2, modes=1), wb.CartPole()
-    laws = wb.ModelPredictive.of(plant, design), wb.StateFeedback.of(plant, design.problem.K)
+@pytest.mark.parametrize(
+    "options",
+    [{"horizon": 20}, {"horizon": 5, "sweeps": 2, "also": {"phi": (-0.1, 0.21)}}],
+    ids=["inputs", "hard limit"],
+)
+def test_linear_answers_at_rest_are_those_of_lqr(options):
+    design, plant = cart_design(**options), wb.CartPole()
+    laws = wb.ModelPredictive.of(plant, design), wb.StateFeedback.of(plant, np.array(design.problem.K)[:, :4])
     loops = [wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law) for law in laws]
-    below = {"controller.worst": -1}  # the largest residual so far has a corner where none was yet
-    predictive = wb.linear_loop(wb.DigitalLoop(loops[0], 0.02), side=below)
-    linear = wb.linear_loop(wb.DigitalLoop(loops[1], 0.02))
-    margins = [one.margins()["F"].margins for one in (predictive, linear)]
-    assert margins[0].phase_margin.value == pytest.approx(margins[1].phase_margin.value, rel=1e-9)  # two roads to one L
+    predictive, linear = (wb.linear_loop(wb.DigitalLoop(one, 0.02)) for one in loops)
+    omega = np.array([0.3, 3.0, 30.0])
+    np.testing.assert_array_equal(*(one.response(omega, "L").values for one in (predictive, linear)))
+    assert predictive.corner_signals == ()
+    computers = [one.digital(0.02, inputs=True) for one in loops]
+    models = [wb.linearize(one, 0.0, one.states.default, at_rest=True) for one in computers]
+    places = [[one.states.labels.index(f"plant.{name}") for name in STATES] for one in computers]
+    A = [model.A[np.ix_(place, place)] for model, place in zip(models, places, strict=True)]
+    np.testing.assert_allclose(*A, rtol=0, atol=1e-14)  # of gains of size 10, by two orders of the same products
+
+
+@pytest.mark.parametrize("also", [{}, {"phi": (-0.1, 0.21)}], ids=["inputs", "hard limit"])
+def test_the_derivatives_of_a_period_in_which_limits_act_are_those_of_central_differences(also):
+    plant = wb.CartPole()
+    law = wb.ModelPredictive.of(plant, cart_design(horizon=5, sweeps=1, modes=1, also=also))
+    computer = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law).digital(0.02, inputs=True)
+    x = computer.states.pack({f"plant.{name}": 0.1 * (k + 1) for k, name in enumerate(STATES)})[0]
+    x[computer.states.slice("controller.plan")] += np.linspace(0.1, 0.5, law.horizon * law.low.shape[0])
+    jump, p, h = jump_of(computer), computer.parameters.default, 1e-6
+    steps = [(jump.rate_at(1.0, x + h * e, p) - jump.rate_at(1.0, x - h * e, p)) / (2 * h) for e in np.eye(len(x))]
+    A = np.array(jump.A(1.0, x, p))
+    assert jump.rate_at(1.0, x, p)[computer.states.slice("controller.residual")] > 0.1  # sweeps are made
+    np.testing.assert_allclose(A, np.transpose(steps), rtol=0, atol=1e-6)  # of slopes up to 160: rounding 1e-14 / h
+
+
+def test_a_law_at_rest_on_its_limit_is_refused_by_name():
+    plant = wb.DCMotor()
+    rest = operating_point(wb.open_loop(plant), {"v": 1.0})
+    model = wb.linearize(wb.open_loop(plant), 0.0, rest.x, u=rest.u, at_rest=True)
+    design = wb.predictive_design(model, 0.05, np.eye(2), [[0.1]], 5, limits={"v": (0.0, 1.0)}, sweeps=2, modes=1)
+    law = wb.ModelPredictive.of(plant, design)
+    loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law)
+    with pytest.raises(ValueError, match=r"has a corner at this state.*one piece|jumps by"):
+        wb.linear_loop(wb.DigitalLoop(loop, 0.05), values={"plant.omega": rest.x[0], "plant.i": rest.x[1]})
 
 
 def test_more_sweeps_come_nearer_to_the_exact_law():

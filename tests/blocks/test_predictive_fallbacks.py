@@ -10,6 +10,8 @@ import workbench as wb
 from workbench.core.symbolic_twin import lift
 from workbench.design.linear import operating_point
 from workbench.design.matrices import DesignError
+from workbench.study.compiled_sweep import compile_sweep
+from workbench.study.uncertainty import MonteCarlo
 
 LEVELS = {"h_1": 14.0, "h_2": 13.0}
 
@@ -71,22 +73,22 @@ def test_a_period_without_a_number_gives_the_safe_command_and_keeps_the_memory()
     good = guarded([0.01, 0.0, 0.0, 0.0], 0.0)
     assert float(good[0]) != 0.5
     for state, reference in (([np.nan, 0, 0, 0], 0.0), ([0, 0, np.inf, 0], 0.0), ([0, 0, 0, 0], np.nan)):
-        command, plan, worst = guarded(state, reference)
+        command, plan, residual = guarded(state, reference)
         assert float(command) == 0.5
         np.testing.assert_array_equal(plan.full().ravel(), 0.01)
-        assert float(worst) == 0.01
+        assert float(residual) == 0.01
     bare = _answers(wb.ModelPredictive.of(plant, design, follow=("x",)))([0.01, 0.0, 0.0, 0.0], 0.0)
     np.testing.assert_allclose(float(bare[0]), float(good[0]), rtol=0, atol=1e-12)  # the same operations
 
 
 def _answers(law):
-    """The command, the plan and the worst residual after a period from a memory of 0.01, as functions of x and r."""
+    """The command, the plan and the residual after a period from a memory of 0.01, as functions of x and r."""
     twin = lift(law)
     z = {entry.name: ca.SX(entry.default + 0.01) for entry in law.memory.entries}
     x, r = ca.SX.sym("x", 4), ca.SX.sym("r")
     est, ref = wb.Signals(law.states.view(x)), wb.Signals({"x": r})
     after = twin.block.update(0.0, z, est, ref)
-    answers = [twin.block.command(0.0, z, est, ref)["F"], after["plan"], after["worst"]]
+    answers = [twin.block.command(0.0, z, est, ref)["F"], after["plan"], after["residual"]]
     function = ca.Function("f", [x, r, twin.symbols], answers)
     return lambda state, reference: function(state, reference, twin.layout.default)
 
@@ -156,18 +158,49 @@ def test_a_design_without_an_observer_has_none():
         cart_design(offset_free=("x", "phi"))
 
 
-def test_a_run_beyond_the_sample_of_its_design_is_flagged():
+def test_a_run_beyond_the_sample_of_its_design_is_flagged_at_any_spacing_of_kept_times():
     plant, design = wb.CartPole(phi=0.05), cart_design()
     law = wb.ModelPredictive.of(plant, design, follow=("x",))
 
     def run(step):
         reference = wb.Step("x", "m", step)
         loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law, reference=reference)
-        return loop.digital(0.02), wb.simulate(loop.digital(0.02).step(1), until=1.0)
+        spacings = (0.02, 0.1, 1.0)
+        return loop.digital(0.02), [wb.simulate(loop.digital(0.02).step(1), until=1.0, every=d) for d in spacings]
 
-    assert run(0.3)[1].warnings == ()
+    assert [one.warnings for one in run(0.3)[1]] == [()] * 3
     computer, far = run(8.0)
-    assert len(far.warnings) == 1
-    assert "'controller.worst' of 'loop' passes its bound of" in far.warnings[0]
-    assert "at 0.02 s with" in far.warnings[0]
-    assert far.warnings[0] in wb.measure(computer, [wb.settling_time()], until=1.0, h=0.01).warnings
+    bound, largest = law.residual_bounds.high, far[0]["controller.residual"].max()
+    assert far[2]["controller.residual"].max() < largest  # which no kept time has
+    sentence = f"'controller.residual' of 'loop' passes its bound of {bound:.3g} at 0.02 s, and reaches {largest:.3g}"
+    assert [one.warnings for one in far] == [(sentence,)] * 3
+    assert sentence in wb.measure(computer, [wb.settling_time()], until=1.0, h=0.01).warnings
+
+
+def test_runs_beyond_the_sample_of_their_design_are_named_among_many():
+    plant, design = wb.CartPole(phi=0.05), cart_design()
+    law = wb.ModelPredictive.of(plant, design, follow=("x",))
+    loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law, reference=wb.Step("x", "m", 0.3))
+    computer = loop.digital(0.02)
+
+    def residuals(levels):
+        """The residual (B, N) of every period, from runs that keep all states."""
+        p = computer.parameters.pack({"reference.level": levels[:, np.newaxis]})
+        return p, wb.simulate(computer.step(1), p, until=1.0)["controller.residual"].reshape(len(levels), -1)
+
+    p, every = residuals(np.array([0.1, 0.3, 8.0, 0.2, 9.0]))
+    beyond = (every > law.residual_bounds.high).any(axis=1)
+    assert beyond.tolist() == [False, False, True, False, True]
+    found = wb.measure(computer, [wb.settling_time()], p, until=1.0, every=1.0, h=0.01)
+    assert found.extremes.runs_beyond.tolist() == beyond.tolist()
+    assert f"in 2 of 5 runs (2, 4), in run 2 first, at 0.02 s, and reaches {every.max():.3g}" in found.warnings[0]
+    assert found.only(np.array([0, 1, 3])).warnings == ()
+
+    run = wb.Run(computer, (wb.settling_time(),), until=1.0, h=0.01)
+    level = wb.Factor("level", ("reference.level",), wb.Uniform(0.1, 9.0))
+    sweep = compile_sweep(wb.Sweep("levels", run, (level,), MonteCarlo(1, 16)))
+    sample = sweep.sample([sweep.chunk(0, 9), sweep.chunk(9, 16)])
+    beyond = (residuals(sample.factor_values[:, 0])[1] > law.residual_bounds.high).any(axis=1)
+    assert 0 < beyond.sum() < 16
+    assert sample.measurement.extremes.runs_beyond.tolist() == beyond.tolist()
+    assert f"passes its bound of {law.residual_bounds.high:.3g} in {beyond.sum()} of 16 runs" in sample.note

@@ -67,3 +67,21 @@ def test_operations_are_counted_pass_by_pass_or_as_they_are_written():
 def test_bad_loops_are_refused_in_one_sentence(arguments, message):
     with pytest.raises(ValueError, match=message):
         wb.bounded_loop(*arguments)
+
+
+def test_a_loop_without_a_slope_has_the_slope_zero():
+    x = ca.SX.sym("x", 2)
+
+    def steps(c):
+        return wb.bounded_loop(2, lambda d: (ca.floor(d),), c)[0]
+
+    bodies = {
+        "floor": (steps(x), np.zeros((2, 2))),
+        "within a loop": (wb.bounded_loop(3, lambda c: (c + steps(c),), x)[0], np.eye(2)),
+        "choice": (wb.bounded_loop(2, lambda c: (ca.if_else(c > 0, 1.0, 2.0),), x)[0], np.zeros((2, 2))),
+    }
+    at = np.array([0.7, -1.5])
+    for expression, slope in bodies.values():
+        J = ca.Function("J", [x], [ca.densify(ca.jacobian(expression, x))])
+        np.testing.assert_array_equal(np.array(J(at)), slope)
+    np.testing.assert_array_equal(np.array(ca.Function("f", [x], [steps(x)])([0.1, 1e300])).ravel(), [0.0, 1e300])

@@ -234,3 +234,9 @@ def test_what_is_counted_is_marked_at_whole_numbers():
     links = np.arange(2.0, 7.0)
     assert Ruler.around("linear", None, [links], 0.05).ticks(9).numbers == ("2", "3", "4", "5", "6")
     assert "2.5" in Ruler.around("linear", None, [links + 0.1], 0.05).ticks(9).numbers
+
+
+def test_a_panel_that_leads_without_names_of_rows_is_refused():
+    panels = figure().panels * 2
+    with pytest.raises(ValueError, match=r"lead=...\)` must be False where a panel has no row names"):
+        Figure("torque", "Torque.", panels, lead=True)

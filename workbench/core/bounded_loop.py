@@ -18,6 +18,7 @@ from workbench.core.validation.signatures import check_arguments
 
 NAME = re.compile(r"bounded_loop_(\d+)_(forward|backward)_([0-9a-f]{16})")
 BODY = "bounded_loop_body_"
+STEPS = {ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT}
 
 
 @check_arguments
@@ -76,7 +77,7 @@ def bounded_loop(
     if len(full) < len(given):
         body = _with_empty_columns(body, [part.shape[0] for part in given])
     function, others = _body(body, start.numel(), full, handed)
-    return tuple(_loop(function, N, backward).call([start, *full, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+    return tuple(loop_function(function, N, backward).call([start, *full, ca.veccat(ca.SX(0, 1), *handed, *others)]))
 
 
 def _with_empty_columns(body: Callable[..., tuple[ca.SX, ...]], sizes: list[int]) -> Callable[..., tuple[ca.SX, ...]]:
@@ -168,7 +169,8 @@ def _loops(function: ca.Function) -> list[LoopBody]:
     return [loop for loop in loops if loop is not None]
 
 
-def _loop(body: ca.Function, count: int, backward: bool) -> ca.Function:
+@check_arguments
+def loop_function(body: ca.Function, count: int, backward: bool) -> ca.Function:
     """The function of (c, rows, ..., shared) that passes a body; by its name `called_loop` knows it again."""
     sizes = [body.numel_in(i) for i in range(body.n_in())]
     digest = fingerprint_of(repr(sizes).encode(), body)[:16]
@@ -182,4 +184,15 @@ def _loop(body: ca.Function, count: int, backward: bool) -> ca.Function:
     )
     results = [every[:, -1], *(part[:, order] for part in made)]
     name = f"bounded_loop_{count}_{'backward' if backward else 'forward'}_{digest}"
+    if c.numel() and _is_stepwise(body):
+        zero = ca.sum1(4 * c - 2 * c - 2 * c)  # whose slope is zero: without one CasADi reads what nobody wrote
+        results = [part + zero for part in results]
     return ca.Function(name, [c, *rows, shared], results, {"never_inline": True})
+
+
+def _is_stepwise(body: ca.Function) -> bool:
+    """True if no result of a body has a slope, as of `sign`."""
+    if STEPS.isdisjoint(operation_codes(body)):
+        return False
+    ahead = body.forward(1)
+    return all(slope.is_zero() for slope in ahead.call(ahead.sx_in()))

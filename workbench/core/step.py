@@ -118,7 +118,7 @@ class StepRule:
         """The symbols of the numbers that are new at each step: w, and d if there are recorded numbers."""
         return [self.w, self.d] if self.d.numel() else [self.w]
 
-    @property
+    @cached_property
     def operations(self) -> int:
         """The number of operations of a step, roughly."""
         return operation_count(self.parts) * self._stages

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.core import Layout, StepMap
@@ -14,6 +16,7 @@ from workbench.engine.arithmetic import arithmetic_of, march_of
 from workbench.engine.divergence import find_divergence
 from workbench.engine.job import Job, Progress, stop_check
 from workbench.engine.kernel.noise import STEP_BITS
+from workbench.engine.state_bounds import StateExtremes, watch_memory, with_watch
 from workbench.engine.trajectories import Trajectories
 
 LARGEST_COPY = 64 * 2**20  # bytes of rows that are copied; larger ones are taken as they are, for want of room
@@ -42,12 +45,17 @@ def run_step(
     stride, kept = _row_spacing(step, p_rows, until, every)
     rounding = arithmetic_of(step, arithmetic, engine)
     job = Job(step, p_rows, stride, *_keys(seed, noise_keys, len(p_rows)), arithmetic=rounding)
-    march = march_of(job, engine)
-    x = np.empty((len(x_rows), kept + 1, step.states.size))
-    x[:, 0] = x_rows
-    march(job, x, tell)
-    divergence = find_divergence(job, x, march)
-    return Trajectories(job, np.asarray(np.arange(kept + 1) * stride * step.h), x, divergence)
+    march, n = march_of(job, engine), step.states.size
+    watched = job if stride == 1 else replace(job, step=with_watch(step))  # where all are kept, they tell themselves
+    x = np.empty((len(x_rows), kept + 1, watched.step.states.size))
+    x[:, 0] = np.hstack([x_rows, np.tile(watched.step.states.default[n:], (len(x_rows), 1))])
+    march(watched, x, tell)
+    divergence = find_divergence(watched, x, march)
+    t = np.asarray(np.arange(kept + 1) * stride * step.h)
+    if watched.step is step:
+        return Trajectories(job, t, x, divergence)
+    extremes = StateExtremes.of_totals(step, step.states, watch_memory(step.states), x[:, -1, n:])
+    return Trajectories(job, t, np.ascontiguousarray(x[..., :n]), divergence, extremes=extremes)
 
 
 def _keys(seed: int, noise_keys: Integers | None, count: int) -> tuple[int, Integers]:

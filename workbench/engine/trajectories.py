@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import StepMap
-from workbench.core.expressions import rows
 from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, describe, whole
@@ -18,8 +17,9 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.core.views import NotebookPage
 from workbench.engine.divergence import Divergence
 from workbench.engine.job import Job
+from workbench.engine.kept_outputs import group_of
 from workbench.engine.stability import span
-from workbench.engine.state_bounds import excursions
+from workbench.engine.state_bounds import StateExtremes
 from workbench.engine.step_check import StepCheck, check_step
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Trajectories:
     divergence: Divergence
     tolerance: float = 1e-2  # of the change of a state to half the step, relative to its largest value
     is_step_chosen: bool = False  # True if the step was chosen for that tolerance
+    extremes: StateExtremes | None = None  # of states with bounds, over the steps before the last kept time
 
     def __post_init__(self) -> None:
         shape = (len(self.job.p), self.t.size, self.job.step.states.size)
@@ -102,8 +103,14 @@ class Trajectories:
 
     @property
     def excursions(self) -> tuple[str, ...]:
-        """A sentence for each state that passes a bound of its block at a kept time, with the time and the value."""
-        return excursions(self.step, self.t, self.x)
+        """A sentence for each state that passes a bound of its block at any step, with the time and the value."""
+        return self._extremes.sentences
+
+    @cached_property
+    def _extremes(self) -> StateExtremes:
+        """The extremes of the states with bounds: those that a watch has, and those of the kept times."""
+        kept = StateExtremes.of_runs(self.step, self.job.begin, self.job.stride, self.x)
+        return kept if self.extremes is None else self.extremes.with_later(kept)
 
     def __repr__(self) -> str:
         runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
@@ -131,19 +138,27 @@ class Trajectories:
         if name in self.step.states:
             return self.step.states.unpack(self.x)[name]
         if name in self.step.outputs:
-            return self.outputs[name]
+            return self._outputs_beside(name)[name]
         known = (*self.step.states.names, *self.step.outputs.names)
         raise LookupError(f"There is no {describe(name)} among the states and outputs: {', '.join(known)}.")
 
-    @cached_property
+    @property
     def outputs(self) -> dict[str, Array]:
         """The outputs by name, each (B, N, *shape)."""
-        k = np.round(self.t / self.step.h).astype(int)
-        values = []
-        for run in range(len(self)):
-            noise = self.job.part(np.array([run]), 1, 0).noise(k)[0]
-            values.append(rows(self.step.y, k[:, np.newaxis], self.x[run], self.p[run : run + 1], noise))
-        return self.step.outputs.unpack(np.stack(values))
+        return {name: self._outputs_beside(name)[name] for name in self.step.outputs.names}
+
+    def _outputs_beside(self, name: str) -> dict[str, Array]:
+        """The outputs that are evaluated with one of them, kept by the group of its name."""
+        group = group_of(self.step, name)
+        if group.layout.names[0] not in self._kept_outputs:
+            k = np.round(self.t / self.step.h).astype(int)
+            self._kept_outputs[group.layout.names[0]] = group.values(self.job, k, self.x)
+        return self._kept_outputs[group.layout.names[0]]
+
+    @cached_property
+    def _kept_outputs(self) -> dict[str, dict[str, Array]]:
+        """The outputs that were asked for so far, by the first name of their group."""
+        return {}
 
     @check_arguments
     def to_frame(self, run: int | None = None) -> pd.DataFrame:

@@ -127,7 +127,7 @@ class Sample:
         choice = found.choice
         by = "" if choice is None else choice.by
         chosen = "" if choice is None else f"; chosen by pilot runs for a tolerance of {choice.tolerance:g}"
-        unseen = "".join(f"; {sentence}" for sentence in found.pulse_warnings)
+        unseen = "".join(f"; {sentence}" for sentence in (*found.excursions, *found.pulse_warnings))
         return f"{runs}{seed}; step {_duration(self.h)}{by}{half}{self.beyond}{chosen}{unseen}"
 
     @property

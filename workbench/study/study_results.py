@@ -100,7 +100,7 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
+        """The notes below a table beside the law's name: truth used, a computer's methods, steps, tolerance, bounds."""
         limit, check, run = self.measurement.limit, self.measurement.check, self.case.run
         how = (
             f"is beyond the stability limit of {limit.limit:.3g} s"
@@ -119,6 +119,7 @@ class Outcome:
             + beyond
             + missed
             + self.ode.switches.warnings
+            + self.measurement.excursions
             + self.measurement.pulse_warnings
         )
 

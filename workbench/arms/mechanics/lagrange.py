@@ -27,14 +27,15 @@ def coriolis_matrix(mass: Callable[[ca.SX], ca.SX], q: ca.SX, qd: ca.SX) -> ca.S
     The first term is M' along qd; the other two are the transposes of each other, d(M qd)/dq and its transpose.
     """
     n = q.shape[0]
+    speed = ca.SX.sym("qd", n)  # a loop in qd would be differentiated, too, by what it does not depend on
 
     def derive(symbols: ca.SX) -> ca.SX:
         M = mass(symbols)
-        along = ca.reshape(ca.jtimes(ca.vec(M), symbols, qd), n, n)
-        across = ca.jacobian(M @ qd, symbols)
+        along = ca.reshape(ca.jtimes(ca.vec(M), symbols, speed), n, n)
+        across = ca.jacobian(M @ speed, symbols)
         return ca.densify((along + across - across.T) / 2)
 
-    return at(q, derive)
+    return ca.substitute(at(q, derive), speed, qd)
 
 
 def gravity_vector(potential_energy: Callable[[ca.SX], ca.SX], q: ca.SX) -> ca.SX:

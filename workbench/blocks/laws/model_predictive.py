@@ -37,8 +37,8 @@ class ModelPredictive(AbstractController):
     of a design.
 
     Where no limit acts, u = u0 - K (x - x0): the law is LQR. The memory `residual` is the residual before the last
-    sweep, as a share of the distance between the limits of a row, and `worst` the largest so far. A run in which it
-    passes `residual_bounds` is beyond the sample of its design, and the run's warnings say so.
+    sweep, as a share of the distance between the limits of a row. A run in which it passes `residual_bounds` in any
+    period is beyond the sample of its design, and the run's warnings say so.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class ModelPredictive(AbstractController):
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
         y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
     residual_bounds
-        The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
+        The bounds of the memory `residual`: a run that passes them is flagged among the warnings of the run.
     safe_command
         Inputs (nu,) that the law gives in a period in which an estimate or a reference is not finite. Its memory then
         keeps its values. None to leave such numbers to the run, which they end.
@@ -214,8 +214,7 @@ class ModelPredictive(AbstractController):
     def memory(self) -> Layout:
         rows, bounds = self.horizon * self._counts[2], self.residual_bounds
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
-        residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
-        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst))
+        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, Entry("residual", np.zeros(()), "1", bounds)))
 
     # equations
 
@@ -238,7 +237,7 @@ class ModelPredictive(AbstractController):
 
         constants = after, answer.outside, rest
         _, plan = bounded_loop(self.horizon, about_lqr, ca.SX(0, 1), shifted, lqr_rows(self), constants=constants)
-        following = {"plan": ca.vec(plan), "residual": answer.residual, "worst": ca.fmax(z["worst"], answer.residual)}
+        following = {"plan": ca.vec(plan), "residual": answer.residual}
         if valid is not None:
             following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}
         if self._waiting:

@@ -105,7 +105,8 @@ def _balance(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Arr
     if not A.shape[1]:  # a state that nothing moves and nothing reads takes the place of none
         N, nu, ny = len(B), B.shape[2], Cy.shape[1]
         return -np.ones((N, 1, 1)), np.zeros((N, 1, nu)), np.zeros((N, ny, 1)), D
-    scale = matrix_balance(np.abs(A).max(axis=0), permute=False, separate=True)[1][0]
+    with np.errstate(invalid="ignore"):  # of a scale beyond 2^63, which SciPy takes for a place in vain
+        scale = matrix_balance(np.abs(A).max(axis=0), permute=False, separate=True)[1][0]
     return A * scale / scale[:, np.newaxis], B / scale[:, np.newaxis], Cy * scale, D
 
 

@@ -216,7 +216,7 @@ def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
 
 def _certified_equilibrium(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
-    poles, corners = np.linalg.eigvals(A).astype(complex), SwitchingFunctions.of(ode)
+    poles, corners = np.linalg.eigvals(A).astype(complex), SwitchingFunctions.of(ode).at(0.0, x, p)
     pieces, n = corners.pieces(0.0, x, p), len(x)
     if pieces and corner_entries(pieces)[:n, :n].any():
         poles = np.full(n, np.nan + 0j)

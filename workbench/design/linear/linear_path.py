@@ -108,6 +108,7 @@ def along(ode: Ode, t: Numbers, x: Numbers, p: Numbers | None = None) -> LinearP
 
 def _on_motion(corners: SwitchingFunctions, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
     """A, B, Cy and D at a state of a motion; on a corner, of the piece that lies ahead."""
+    corners = corners.at(t, x, p)
     ode, pieces = corners.ode, corners.pieces(t, x, p)
     if not pieces:
         return jacobians("along", ode, t, x, p)

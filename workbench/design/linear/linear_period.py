@@ -72,11 +72,11 @@ def one_period(
         raise ValueError(f"`{call}(t=...)` must be a multiple of the period {system.period:g} s; got {t:g} s.")
     k, flow, jump, n = float(round(k)), system.flow, jump_of(system), len(x)
     _refuse_stairs(call, jump, k, p, is_lifted)
-    refuse_jump_at(call, jump, k, x, p)
+    refuse_jump_at(call, jump, k, x, p, _used_states(system, used_entries))
     after = jump.rate_at(k, x, p)
     refuse_jump_at(call, flow, t, after, p)
     output = np.array(flow.h(t, after, p)).ravel()
-    first, then = SwitchingFunctions.of(jump), SwitchingFunctions.of(flow)
+    first, then = SwitchingFunctions.of(jump).at(k, x, p), SwitchingFunctions.of(flow).at(t, after, p)
     jumped, moved = first.pieces(k, x, p), then.pieces(t, after, p)
     odd = np.zeros(len(output), dtype=bool)
     if not jumped and not moved:
@@ -96,6 +96,23 @@ def one_period(
             _refuse_period(call, first, jumped, then, moved)
         J, odd = ways[0].near, np.asarray(apart[n:].any(axis=1))
     return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]), odd)
+
+
+def _used_states(system: SampledSystem, used_entries: UsedEntries) -> Mask:
+    """True for the states (nx,) after a jump on which the answer depends, as others are computed and never read."""
+    flow, jump, n = system.flow, jump_of(system), system.states.size
+    jumped, rate, output = (
+        np.array(ca.DM(ca.jacobian_sparsity(ca.densify(values), ca.vertcat(each.x, each.input_symbols)), 1)) > 0
+        for values, each in ((jump.rate, jump), (flow.rate, flow), (flow.output, flow))
+    )
+    reach = np.eye(jumped.shape[1], dtype=bool)
+    reach[:n] |= rate
+    for _ in range(len(reach).bit_length()):
+        reach = reach.astype(float) @ reach > 0
+    after = np.vstack([reach[:n], output])  # of the ends of a period and the outputs, by what is there after the jump
+    pattern = after.astype(float) @ np.vstack([jumped, np.eye(len(reach))[n:]]) > 0
+    used = (used_entries(pattern) & pattern).any(axis=1)
+    return np.asarray(after[used, :n].any(axis=0))
 
 
 def _after(
@@ -175,15 +192,16 @@ def flow_over(
 
     Without a number the steps are halved until nothing changes.
     """
-    flow, step = system.flow, _step_of(system.flow)
+    flow, (step, moving, used) = system.flow, _step_of(system.flow)
     before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
     steps = substeps or FEWEST
     while steps <= MOST_STEPS:
-        state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
+        state, by_x, by_u = x.copy(), np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
         for i in range(steps):
             each = step(t + i * system.period / steps, state, p, system.period / steps)
-            state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
-            by_x, by_u = own @ by_x, own @ by_u + driven
+            end, own, driven = (np.array(part) for part in each)
+            state[moving] = end.ravel()
+            by_x[moving], by_u[moving] = own @ by_x[used], own @ by_u[used] + driven
         now_all = np.column_stack([state, by_x, by_u])
         if substeps or np.abs(now_all - before).max() <= STEP_TOLERANCE * np.abs(now_all).max():
             return state, by_x, by_u
@@ -195,10 +213,16 @@ def flow_over(
 
 
 @lru_cache(maxsize=LATEST)
-def _step_of(flow: Ode) -> ca.Function:
-    """A Runge-Kutta step (t, x, p, h) of a flow, with its derivatives by states and inputs."""
+def _step_of(flow: Ode) -> tuple[ca.Function, list[int], list[int]]:
+    """A Runge-Kutta step (t, x, p, h) of the states that move, with its derivatives by those it uses and by inputs.
+
+    Beside it stand the places of both. The many memories of a computer neither move between two instants nor act.
+    """
     h, now = ca.SX.sym("h"), ca.SX.sym("now")
+    moving = [i for i, rate in enumerate(ca.vertsplit(ca.densify(flow.rate))) if not rate.is_zero()]
     f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-    end = runge_kutta(f, now, flow.x, flow.p, h)
-    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
-    return ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
+    end = runge_kutta(f, now, flow.x, flow.p, h)[moving]
+    by_x, by_u = (ca.jacobian(end, z) for z in (flow.x, flow.input_symbols))
+    used = sorted(set(by_x.sparsity().get_col()))
+    values = [ca.densify(part) for part in (end, by_x[:, used], by_u)]
+    return ca.Function("step", [now, flow.x, flow.p, h], values), moving, used

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.bounded_loop import operation_codes
 from workbench.core.notation.program import walk
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.notebook_display import show
@@ -18,12 +19,13 @@ from workbench.core.validation.refusals import Array, as_array, describe, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import LARGEST, DesignError
-from workbench.proofs.interval import jumps
+from workbench.proofs.interval import JUMPS, jumps
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
 GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 LATEST = 16  # equations whose functions are kept, as the rows of a loop take them again and again
 
 
@@ -88,26 +90,36 @@ def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array,
     return A, B, Cy, D
 
 
-def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
-    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
-    n, driven, function = ode.states.size, places_of(ode), _values_beside_jumps(ode)
-    if function is None:
+def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array, rates: Mask | None = None) -> None:
+    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass.
+
+    With a mask `rates` (nx,) others may jump.
+    """
+    n, driven, functions = ode.states.size, places_of(ode), _values_beside_jumps(ode)
+    if functions is None:
         return
+    value, slope, acts = functions
+    counts = np.ones(n + ode.outputs.size) if rates is None else np.r_[rates, np.ones(ode.outputs.size)]
     at = np.concatenate([x, p[driven]])
     reach = ON_IT * (1 + np.abs(at))
     labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
     # all at once too, in no special direction: sign(x1 x2) jumps along neither axis
     across = np.vstack([np.diag(reach), reach * np.cos(np.arange(1.0, len(at) + 1))])
     for direction, label in zip(across, [*labels, "all of them change"], strict=True):
-        moves, heights, slopes = direction != 0, [], []
+        if not acts[direction != 0].any():
+            continue
+        moves, points = direction != 0, []
         for side in (-1, 0, 1):
             row, moved = p.copy(), at + side * direction
             row[driven] = moved[n:]
-            height, slope = (np.array(part) for part in function(t, moved[:n], row))
-            heights.append(height.ravel())
-            slopes.append(np.abs(slope[:, moves]) @ np.abs(direction[moves]))
-        change = np.ptp(heights, axis=0) - 4 * np.maximum(slopes[0], slopes[2])
-        if change.max() > JUMP * (1 + np.abs(heights[0]).max()):
+            points.append((t, moved[:n], row))
+        heights = [np.array(value(*point)).ravel() for point in points]
+        change, least = np.ptp(heights, axis=0) * counts, JUMP * (1 + np.abs(heights[0]).max())
+        if change.max() <= least:  # for which no slope is needed, that may cost a hundred times as much
+            continue
+        slopes = [np.abs(np.array(slope(*points[i]))[:, moves]) @ np.abs(direction[moves]) for i in (0, 2)]
+        change = change - 4 * np.maximum(*slopes)
+        if change.max() > least:
             names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
             raise ValueError(
                 f"`{call}(...)`: {names[int(change.argmax())]} jumps by {change.max():.3g} as {label} at this state, "
@@ -116,12 +128,17 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
 
 
 @lru_cache(maxsize=LATEST)
-def _values_beside_jumps(ode: Ode) -> ca.Function | None:
-    """Rates and outputs with their Jacobian by states and inputs, or None if none of them can jump."""
+def _values_beside_jumps(ode: Ode) -> tuple[ca.Function, ca.Function, Array] | None:
+    """Rates and outputs, their Jacobian by states and inputs, and which of these act; None if none of them can jump."""
     z, both = ca.vertcat(ode.x, ode.input_symbols), ca.densify(ca.vertcat(ode.rate, ode.output))
-    if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
+    symbols = [ode.t, ode.x, ode.p]
+    value = ca.Function("both", symbols, [both])
+    of_loops = operation_codes(value)[value.n_instructions() :]
+    if not set(JUMPS).intersection(of_loops) and not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
         return None
-    return ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
+    acts = np.zeros(z.numel(), dtype=bool)
+    acts[ca.jacobian_sparsity(both, z).get_col()] = True
+    return value, ca.Function("J", symbols, [ca.densify(ca.jacobian(both, z))]), acts
 
 
 def smooth(ode: Ode) -> str:

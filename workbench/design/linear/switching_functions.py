@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import product
 
 import casadi as ca
 import numpy as np
@@ -19,18 +18,15 @@ from workbench.core import Ode
 from workbench.core.expressions import call_again, evaluate_sx
 from workbench.core.notation.program import NAMES
 from workbench.core.validation.refusals import Array, describe, finite, known_name
+from workbench.design.linear.loop_switches import CORNERS, LOOKS, LoopSwitches
 from workbench.design.linear.operating_point import LATEST, inputs_of, jacobians, places_of
+from workbench.design.linear.side_directions import side_directions, switching_text
 
-CORNERS = {ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_SIGN, ca.OP_LT, ca.OP_LE, ca.OP_COPYSIGN}
-COMPARISON_TEXTS = {"LT": "{} < {}", "LE": "{} <= {}"}
 REACH = 4e-12  # how far off the point a side is looked at, relative: beyond its rounding, near enough for curvature
 FARTHER = 1e3  # times that: what differs by a corner is there as large, what bends smoothly much larger
 STAYS = 0.3  # the share of a difference that must be there already at the nearer distance
 ROUNDING = 1e-12  # of the largest entry of row and column
-MOST_CROSSED = 6  # surfaces whose sides are all combined, 64 pieces
 LEAST = 1e-3  # of what a switching function might change by in a direction, if that is to count as off its zero
-MORE_DIRECTIONS = 16  # other directions
-LONGEST = 60  # letters of an expression in a message
 Sides = str | Mapping[str, float] | None
 Mask = NDArray[np.bool_]
 UsedEntries = Callable[[Mask], Mask]
@@ -49,11 +45,15 @@ class CornerSide:
 
 @dataclass(frozen=True, eq=False)
 class SwitchingFunctions:
-    """The switching functions (m, 1) of the rates and outputs of an `Ode`, with their texts."""
+    """The switching functions (m, 1) of the rates and outputs of an `Ode`, with their texts.
+
+    Those of the passes of loops are many: `at` a point are the few among them that may be zero there.
+    """
 
     ode: Ode
     texts: tuple[str, ...]
     sigma: ca.SX
+    of_loops: LoopSwitches | None = None
 
     @staticmethod
     @lru_cache(maxsize=LATEST)
@@ -67,7 +67,7 @@ class SwitchingFunctions:
             if code in CORNERS:
                 zero = a if len(a) == 1 or code == ca.OP_COPYSIGN else (a[0] - a[1],)
                 for switching in (part for part in zero if ca.depends_on(part, z)):
-                    texts.append(_text(NAMES[code], a))
+                    texts.append(switching_text(NAMES[code], a))
                     sigma.append(switching)
             if code == ca.OP_ASSIGN:
                 return a[0]
@@ -75,16 +75,31 @@ class SwitchingFunctions:
 
         if any(function.instruction_id(k) in CORNERS for k in range(function.n_instructions())):
             evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation, call_again)
-        return SwitchingFunctions(ode, tuple(texts), ca.vertcat(ca.SX(0, 1), *sigma))
+        return SwitchingFunctions(ode, tuple(texts), ca.vertcat(ca.SX(0, 1), *sigma), LoopSwitches.of(ode))
+
+    def at(self, t: float, x: Array, p: Array) -> SwitchingFunctions:
+        """The switching functions with those of loops that may be zero at a point or beside it."""
+        inner = self.of_loops
+        if inner is None:
+            return self
+        reach = REACH * (1 + np.abs(np.concatenate([x, p[places_of(self.ode)]])))
+        ways = [sign * np.cos(k * np.arange(1.0, len(reach) + 1)) for k in range(1, LOOKS + 1) for sign in (1, -1)]
+        points = [self.shift_arguments(t, x, p, way * reach) for way in (np.zeros(len(reach)), *ways)]
+        if not (places := inner.near(points, reach)):
+            return self
+        texts = (*self.texts, *(inner.texts[i] for i in places))
+        return SwitchingFunctions(self.ode, texts, ca.vertcat(self.sigma, inner.sigma[places]))
 
     @cached_property
-    def functions(self) -> tuple[ca.Function, ca.Function]:
-        """sigma with its derivatives by x, u and t (m, 1 + nz + 1), and the Jacobian of rates and outputs."""
+    def functions(self) -> tuple[ca.Function, ca.Function, ca.Function]:
+        """sigma with its derivatives by x, u and t (m, 1 + nz + 1), the Jacobian of rates and outputs, sigma alone."""
         ode = self.ode
         z, both = ca.vertcat(ode.x, ode.input_symbols), ca.vertcat(ode.rate, ode.output)
         arguments = [ode.t, ode.x, ode.p]
         sides = ca.densify(ca.horzcat(self.sigma, ca.jacobian(self.sigma, ca.vertcat(z, ode.t))))
-        return ca.Function("sides", arguments, [sides]), ca.Function("J", arguments, [ca.densify(ca.jacobian(both, z))])
+        named = {"sides": sides, "J": ca.densify(ca.jacobian(both, z)), "sigma": ca.densify(self.sigma)}
+        of_sides, of_both, alone = (ca.Function(name, arguments, [value]) for name, value in named.items())
+        return of_sides, of_both, alone
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -114,7 +129,7 @@ class SwitchingFunctions:
         if not active.any():
             return []
         found: dict[tuple[int, ...], CornerSide] = {}
-        for direction in _directions(slope[active] * reach):
+        for direction in side_directions(slope[active] * reach):
             step = direction * reach
             signs = self.signs(t, x, p, step, active, size)
             if signs is not None and signs not in found:
@@ -124,7 +139,7 @@ class SwitchingFunctions:
 
     def signs(self, t: float, x: Array, p: Array, step: Array, active: Array, size: Array) -> tuple[int, ...] | None:
         """The signs of all switching functions a step off, 0 for those that are not active; None along a corner."""
-        value = np.array(self.functions[0](*self.shift_arguments(t, x, p, step)))[:, 0]
+        value = np.array(self.functions[2](*self.shift_arguments(t, x, p, step)))[:, 0]
         along = active & np.asarray(size > 0) & ~np.asarray(np.abs(value) > LEAST * size)
         return None if along.any() else tuple(np.where(active, np.sign(value), 0).astype(int).tolist())
 
@@ -228,26 +243,6 @@ def rows_of(ode: Ode) -> list[str]:
     return [*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels)]
 
 
-def _directions(slopes: Array) -> list[Array]:
-    """Directions in scaled x and u, each at most 1 in size: to all sides of the surfaces, as far as there are such."""
-    n = slopes.shape[1]
-    found = [sign * axis for axis in np.eye(n) for sign in (1, -1)]
-    if len(slopes) <= MOST_CROSSED:
-        inverse = np.linalg.pinv(slopes / np.maximum(np.abs(slopes).max(axis=1, keepdims=True), 1e-300))
-        found = [inverse @ np.array(signs) for signs in product((1, -1), repeat=len(slopes))] + found
-    found += [np.cos(k * np.arange(1.0, n + 1)) for k in range(1, MORE_DIRECTIONS)]
-    found += [-direction for direction in found[-MORE_DIRECTIONS + 1 :]]
-    return [direction / np.abs(direction).max() for direction in found if direction.any()]
-
-
-def _text(name: str, a: Sequence[ca.SX]) -> str:
-    parts = [text if len(text := str(part)) <= LONGEST else "..." for part in a]
-    if parts == ["..."] * len(parts):
-        parts[0] = f"{str(a[0]).rpartition(', ')[2][:LONGEST]}..."
-    form = COMPARISON_TEXTS.get(name)
-    return form.format(*parts) if form else f"{name.lower()}({', '.join(parts)})"
-
-
 def sure_jacobians(
     call: str,
     corners: SwitchingFunctions,
@@ -261,7 +256,7 @@ def sure_jacobians(
 
     `used_entries` tells on which entries (nx + ny, nx + nu), of those not zero on all pieces, the answer depends.
     """
-    ode = corners.ode
+    ode, corners = corners.ode, corners.at(t, x, p)
     step = side_direction(call, corners, side, x, p[places_of(ode)])
     pieces = corners.pieces(t, x, p)
     if not pieces:

@@ -37,7 +37,14 @@ class KernelJacobian:
         J = np.zeros((len(x), *slopes.shape))
         rows, columns = slopes.get_triplet()
         J[:, rows, columns] = entries
-        return heights, J, np.asarray((np.abs(sigma) <= size).any(axis=1))
+        return heights, J, np.asarray((np.abs(sigma) <= size).any(axis=1)) | self._cornered_in_loops(t, x, p)
+
+    def _cornered_in_loops(self, t: float, x: Array, p: Array) -> Mask:
+        """The mask of rows on a corner within a bounded loop (N,)."""
+        corners = SwitchingFunctions.of(self.ode)
+        if corners.of_loops is None:
+            return np.zeros(len(x), dtype=bool)
+        return np.array([corners.at(t, *row) is not corners for row in zip(x, p, strict=True)], dtype=bool)
 
     @cached_property
     def _step(self) -> tuple[list[int], ca.Sparsity, StepMap]:

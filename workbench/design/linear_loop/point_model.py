@@ -125,7 +125,7 @@ def _continuous(
 ) -> tuple[tuple[Array, Array, Array, Array], Mask]:
     """The Jacobians at a state, and the outputs whose rows differ between the pieces that meet there."""
     refuse_jump_at(call, ode, t, x, p)
-    corners, n = SwitchingFunctions.of(ode), len(x)
+    corners, n = SwitchingFunctions.of(ode).at(t, x, p), len(x)
     matrices = sure_jacobians(call, corners, t, x, p, side, used_entries)
     pieces = corners.pieces(t, x, p)
     step = side_direction(call, corners, side, x, p[places_of(ode)])

@@ -20,6 +20,7 @@ from workbench.engine.arithmetic import advance_states
 from workbench.engine.metrics.contract import AbstractMetric, watches
 from workbench.engine.metrics.score import MetricColumn
 from workbench.engine.metrics.signal_choice import refuse_unknown
+from workbench.engine.state_bounds import StateExtremes, watch_memory, with_watch
 
 T = TypeVar("T")
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
@@ -96,7 +97,7 @@ class MeasuredEquation:
                 plain = replace(equation, flow=self._flow).step(substeps, method)
             else:
                 plain = runge_kutta_step(self._flow, span, method)
-            made = self._steps[substeps, method] = _with_memories(plain, self.metrics)
+            made = self._steps[substeps, method] = with_watch(_with_memories(plain, self.metrics))
         return replace(made, h=span)
 
     @cached_property
@@ -114,9 +115,10 @@ class MeasuredEquation:
 
     @cached_property
     def accumulators(self) -> Layout:
-        """The states of a step that belong to its metrics: their integrals and memories."""
-        own = self._flow.states.entries[len(_flow(self.equation).states.entries) :]
-        return Layout((*own, *_memories(self.metrics).entries))
+        """The states of a step that belong to its metrics, integrals and memories, and to the watch of bounds."""
+        states = _flow(self.equation).states
+        own = self._flow.states.entries[len(states.entries) :]
+        return Layout((*own, *_memories(self.metrics).entries, *watch_memory(states).entries))
 
     def grid(self, *times: float) -> float | None:
         """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples."""
@@ -125,6 +127,10 @@ class MeasuredEquation:
     def totals(self, runs: Trajectories, row: int = -1) -> Array:
         """The accumulators of each run, (B, a), at a kept time, with the memories updated there."""
         return accumulator_totals(runs, self.accumulators, self.metrics, row)
+
+    def extremes(self, step: StepMap, totals: Array) -> StateExtremes:
+        """The extremes of the states with bounds, from accumulators (B, a)."""
+        return StateExtremes.of_totals(step, _flow(self.equation).states, self.accumulators, totals)
 
     def values(self, totals: Array, times: Array, diverged_at: Array) -> Array:
         """The metrics (B, T, k) from accumulators (B, T, a) at T times [s]; NaN from when a run diverged, (B,) in s."""

@@ -169,6 +169,7 @@ class MeasuredRun:
         With `at_half` the values are those of h / 2, of the runs that were looked at.
         """
         values, lost = self.measured_equation.values(runs.totals, self.times, runs.diverged_at), runs.diverged_at
+        ends = (self.half, runs.half_totals) if at_half else (self.step, runs.totals)
         halved = self.measured_equation.values(runs.half_totals, self.times, runs.half_diverged_at)
         least = [self.step.h if is_time else 0.0 for is_time in self.measured_equation.times]
         errors = error_of(values[looked_at], halved, least)
@@ -192,6 +193,7 @@ class MeasuredRun:
             tolerance=tolerance,
             choice=choice,
             kept_runs=kept_runs,
+            extremes=self.measured_equation.extremes(ends[0], ends[1][:, -1]),
         )
 
     def _limits(self, states: Array, p: Array) -> tuple[Array, Array]:

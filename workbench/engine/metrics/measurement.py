@@ -16,6 +16,7 @@ from workbench.engine import StepLimit, Trajectories
 from workbench.engine.metrics.contract import AbstractMetric
 from workbench.engine.metrics.score import HEADERS, MetricColumn, Score
 from workbench.engine.stability import beyond
+from workbench.engine.state_bounds import StateExtremes
 from workbench.engine.step_choice import StepChoice
 from workbench.engine.step_limits import Check, accuracy
 
@@ -52,6 +53,8 @@ class Measurement:
         The metrics themselves, and the trajectories of the runs where they were kept.
     pulse_warnings
         The sentences on metrics that may miss a pulse between two steps.
+    extremes
+        The extremes over all steps of the states with bounds; None of runs that were read from a ledger.
     """
 
     columns: tuple[MetricColumn, ...]
@@ -69,6 +72,7 @@ class Measurement:
     metrics: tuple[AbstractMetric, ...] = ()
     pulse_warnings: tuple[str, ...] = ()
     kept_runs: Trajectories | None = None
+    extremes: StateExtremes | None = None
 
     def __post_init__(self) -> None:
         runs, times, looked = self.diverged_at.size, max(1, self.t.size), self.looked_at.size
@@ -190,6 +194,7 @@ class Measurement:
             limits=self.limits[held],
             limited_at=None if self.limited_at is None else self.limited_at[held],
             kept_runs=None,
+            extremes=None if self.extremes is None else self.extremes.only(runs),
         )
 
     @property
@@ -228,13 +233,17 @@ class Measurement:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The sentences on the runs that diverged, a step beyond its limit, and the metrics that miss a tolerance."""
+        """The sentences on runs that diverged or passed a bound, a step beyond its limit, and metrics that miss."""
         missed = () if self.check is None else tuple(one.miss for one in self.check.metrics if not one.is_met)
         lost = f"{self.diverged_count:,} of {len(self):,} runs diverged" if self.diverged_count else ""
         losses = lost if self.kept_runs is None else self.kept_runs.losses
         step = beyond(self.limit) if len(self.limits) else ""
-        passed = () if self.kept_runs is None else self.kept_runs.excursions
-        return tuple(filter(None, (losses, *passed, step, *missed, *self.pulse_warnings)))
+        return tuple(filter(None, (losses, *self.excursions, step, *missed, *self.pulse_warnings)))
+
+    @property
+    def excursions(self) -> tuple[str, ...]:
+        """A sentence for each state that passes a bound of its block at any step of a run."""
+        return () if self.extremes is None else self.extremes.sentences
 
 
 def error_of(value: Array, half_value: Array, least: Sequence[float]) -> Array:

@@ -274,9 +274,9 @@ class Panel:
 class Figure:
     """One or more panels below a common legend, laid out row by row in a number of `columns`.
 
-    With `lead` the first panel has the whole width, above the others. `numbers` is a table of what the figure shows,
-    for further use: it becomes a file, and is not printed. `width` is the share of the text's width that it takes, with
-    letters of the same size. `title` names it in a list of pictures, where its caption is too long.
+    With `lead` the first panel has the whole width, above the others; all have names of rows. `numbers` is a table for
+    further use: it becomes a file, and is not printed. `width` is the share of the text's width that it takes, with
+    letters of the same size. `title` names it in a list of pictures.
     """
 
     name: str
@@ -295,4 +295,6 @@ class Figure:
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
                 f"got {len(self.panels)} panels and for the columns {describe(self.columns)}."
             )
+        if self.lead and not all(panel.ynames for panel in self.panels):
+            raise refusal(f"Figure('{self.name}', lead=...)", "False where a panel has no row names (`ynames`)", True)
         check_width(self.name, self.width)
