@@ -174,3 +174,38 @@ class PeriodProblem:
         cost = cost + self.weights.stage_cost(now - r, taken - s, self.rows(self._time(k), now))
         after = self.stages.after(self._time(k), now, taken)
         return ca.vertcat(after, cost), ca.vertcat(now - self.x0, taken - self.u0, gains)
+
+
+@dataclass(frozen=True)
+class SolvedPeriod:
+    """A problem, the state (nx, 1) from which it was solved, its plan, and 1 if all that the law reads is finite."""
+
+    problem: PeriodProblem
+    begin: ca.SX
+    plan: NonlinearPlan
+    readable: ca.SX | None
+
+    @property
+    def input(self) -> ca.SX:
+        """The first input of the plan, (nu, 1)."""
+        return self.plan.u[:, 0] + self.problem.u0
+
+    @property
+    def behind_horizon(self) -> ca.SX:
+        """The input of the law behind the horizon at the present state, (nu, 1)."""
+        own = self.problem
+        r, s = own.target(ca.SX(0.0), own.window[:, 0])
+        return own.weights.clip(s - own.feedback @ (self.begin - r))
+
+    @property
+    def shifted(self) -> dict[str, ca.SX]:
+        """The plan for the next period, to which the law behind the horizon adds a stage."""
+        own, plan = self.problem, self.plan
+        r, s = own.end_target
+        last = own.weights.clip(s - own.feedback @ (plan.end - r))
+        return {
+            "plan_x": ca.horzcat(plan.x[:, 1:], plan.end - own.x0),
+            "plan_u": ca.horzcat(plan.u[:, 1:], last - own.u0),
+            "clamps": ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel())),
+            "gains": ca.horzcat(plan.gains[:, 1:], ca.vec(own.feedback)),
+        }

@@ -44,8 +44,10 @@ def refuse_other_signals(call: str, plant: AbstractPlant, names: tuple[tuple[str
             )
 
 
-def safe_inputs(call: str, port: Layout, safe: Mapping[str, float], low: Array, high: Array) -> Array:
+def safe_inputs(call: str, port: Layout, safe: Mapping[str, float] | None, low: Array, high: Array) -> Array | None:
     """The safe command (nu,) of inputs by name; one that is missing or passes a limit (nu,) is refused."""
+    if safe is None:
+        return None
     for name in safe:
         known_name(name, port.labels, "inputs of the plant")
     if missing := [name for name in port.labels if name not in safe]:

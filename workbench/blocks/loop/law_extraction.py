@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
-from workbench.blocks.loop.computer import Computer, ComputerSignals, held_signals, periods_of
+from workbench.blocks.loop.computer import Computer, ComputerSignals, answers_missing, held_signals, periods_of
 from workbench.blocks.loop.environment import AbstractInstruments, NoReference
 from workbench.blocks.loop.injected_signals import InjectedSignals
 from workbench.blocks.loop.wiring import SOCKETS, Blocks
@@ -70,6 +70,7 @@ def extract_law(
         (*wiring.notes(loop), *_note_of(truths)),
         crossings,
         new,
+        answers_missing(loop),
     )
 
 
