@@ -6,13 +6,14 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.plan_checks import refuse_unfit_model, refuse_unfit_preview
+from workbench.blocks.laws.plan_checks import refuse_unfit_plan
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem, SolvedPeriod
 from workbench.blocks.laws.plan_targets import WINDOW, PlanTargets
-from workbench.blocks.laws.plant_stages import PlantStages, limited_rows, signals_of
+from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
 from workbench.blocks.laws.predictive_fallback import FORMS, WARM, Fallback, PeriodVerdict
 from workbench.blocks.laws.predictive_ports import all_finite, column, refuse_other_signals, safe_inputs
+from workbench.blocks.laws.queued_stages import QueuedStages
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.environment import AbstractReference
@@ -20,7 +21,7 @@ from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector, option
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import known_name, refusal, seconds, whole
+from workbench.core.validation.refusals import refusal, seconds, whole
 
 
 @block
@@ -33,8 +34,7 @@ class NonlinearPredictive(AbstractController):
 
     1. rolls the last plan, shifted by a stage, from the estimate on, with its gains, and linearises the plant along it;
     2. makes a fixed number of sweeps of the linearised problem, see `stagewise_sweeps`;
-    3. rolls the plant along shares of the step, with gains and limits, takes the one of least cost, and sends its first
-       input.
+    3. rolls the plant along shares of the step, with gains and limits, and sends the first input of the cheapest.
 
     Where no limit acts and the plant is linear, u = u0 - K (x - x0): the law is LQR with the cost P behind N stages.
     `NonlinearPredictive.of` makes the law of a design.
@@ -50,18 +50,22 @@ class NonlinearPredictive(AbstractController):
     horizon, period
         The number N of stages, and their length in s, with which a computer runs the law.
     sweeps, iterations, steps
-        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
-        stage.
+        Numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
     Q, R, P
-        Weights of a stage, (nx, nx) and (nu, nu), and of the end, (nx, nx).
+        Weights of a stage, (nx, nx) and (nu, nu), and of the end, (nz, nz).
     K
-        Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
+        Gain (nu, nz) of the law behind the horizon, by which the plan grows by a stage.
     low, high
         Limits of the inputs, (nu,), of size 1e30 where there is none.
     row_names
         Labels of states and outputs with soft limits.
     row_low, row_high, row_weight
         Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
+    rate_low, rate_high
+        Limits of the change of each input in a period, (nu,), None without.
+    delay
+        The number of periods until an input acts. Behind the nx states of the model stand, in nz states, the inputs on
+        their way, oldest first; with limits of changes without a delay, the inputs before.
     x0, u0
         The rest, in the units of the plant.
     follow
@@ -73,8 +77,8 @@ class NonlinearPredictive(AbstractController):
         Inputs (nu,) for a period in which a number that the law reads is not finite, or no plan has a finite cost. None
         to leave such numbers to the run, which they end.
     fallback, residual_bound
-        What the law does in a bad period, and the bound of the residual beyond which a period is bad, None for no
-        bound: see `predictive_fallback`. The warnings of a run say that it had bad periods.
+        "warm", "safe_command", "last_good" or "cold", for what the law does in a period in which such a number is not
+        finite or the residual passes its bound: see `predictive_fallback`. A run with such a period is flagged.
 
     References
     ----------
@@ -96,8 +100,8 @@ class NonlinearPredictive(AbstractController):
     horizon: int
     Q: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
     R: Matrix = parameter(unit=ANY, shape=("nu", "nu"))
-    P: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
-    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
+    P: Matrix = parameter(unit=ANY, shape=("nz", "nz"))
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nz"))
     low: Vector = parameter(unit=ANY, shape=("nu",))
     high: Vector = parameter(unit=ANY, shape=("nu",))
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
@@ -107,6 +111,9 @@ class NonlinearPredictive(AbstractController):
     row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    rate_low: Vector | None = parameter(default=None, unit=ANY, shape=("nu",))
+    rate_high: Vector | None = parameter(default=None, unit=ANY, shape=("nu",))
+    delay: int = 0
     sweeps: int = 3
     iterations: int = 1
     steps: int = 1
@@ -119,14 +126,10 @@ class NonlinearPredictive(AbstractController):
     def __post_init__(self) -> None:
         for name in ("horizon", "sweeps", "iterations", "steps"):
             whole(f"NonlinearPredictive({name}=...)", getattr(self, name), least=1)
+        whole("NonlinearPredictive(delay=...)", self.delay, least=0)
         seconds("NonlinearPredictive(period=...)", self.period)
-        refuse_unfit_model("NonlinearPredictive", self.model)
-        for name in self.follow:
-            known_name(name, self.model.states.names, "states of the model")
-        for name in self.row_names:
-            known_name(name, signals_of(self.model).labels, "states and outputs of the model")
-        if self.preview is not None:
-            refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
+        names = self.follow, self.row_names
+        refuse_unfit_plan("NonlinearPredictive", self.model, *names, self.preview, self.delay)
         self._fallback.refuse_unfit("NonlinearPredictive")
 
     @staticmethod
@@ -147,13 +150,10 @@ class NonlinearPredictive(AbstractController):
             The plant, which is the model of the law.
         design
             The result of `nonlinear_predictive_design` for the linearised plant.
-        follow, preview
-            As of the class; one of them alone.
+        follow, preview, fallback, residual_bound
+            As of the class; a reference is followed or previewed.
         safe_command
             Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
-        fallback, residual_bound
-            "warm", "safe_command", "last_good" or "cold", for a period in which such a number is not finite, or the
-            residual passes the bound.
 
         Raises
         ------
@@ -192,7 +192,13 @@ class NonlinearPredictive(AbstractController):
 
     @property
     def _counts(self) -> tuple[int, int, int]:
-        return self.model.states.size, self.model.inputs.size, self.horizon
+        """The numbers of states, with the last inputs, of inputs, and of stages."""
+        return self.model.states.size + self._waiting, self.model.inputs.size, self.horizon
+
+    @property
+    def _waiting(self) -> int:
+        """The number of entries of the last inputs."""
+        return max(self.delay, 0 if self.rate_low is None else 1) * self.model.inputs.size
 
     @property
     def memory(self) -> Layout:
@@ -201,22 +207,27 @@ class NonlinearPredictive(AbstractController):
         sizes = {"plan_x": nx * N, "plan_u": nu * N, "clamps": nu * N, "gains": nu * nx * N}
         plan = [Entry(name, np.zeros(size), ANY) for name, size in sizes.items()]
         worth = [Entry(name, np.zeros(()), ANY) for name in ("residual", "cost", "share")]
-        spare = self._fallback.memory(nu, N)
+        sent = [Entry("sent", np.zeros(self._waiting), ANY)] if self._waiting else []
+        spare = *sent, *self._fallback.memory(nu, N)
         return Layout((*plan, *worth, *spare, *self._targets.memory(N)))
 
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        one = self._solve(t, z, est, ref)
-        sent = self._fallback.chosen_input(z, self._verdict(one), one.input, one.behind_horizon, self._weights.clip)
-        return Signals(self.model.inputs.view(sent))
+        return Signals(self.model.inputs.view(self._sent(z, self._solve(t, z, est, ref))))
+
+    def _sent(self, z: Parts, one: SolvedPeriod) -> ca.SX:
+        u = self._fallback.chosen_input(z, self._verdict(one), one.input, one.behind_horizon, one.clip)
+        return u if self.rate_low is None else one.clip(u)
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan shifted by a stage, which the law behind the horizon adds, and what the plan was worth."""
         one = self._solve(t, z, est, ref)
         plan, inputs = one.plan, one.plan.u + ca.repmat(ca.SX(self.u0), 1, self.horizon)
         worth = {"residual": plan.residual, "cost": plan.cost, "share": plan.share}
-        following = self._fallback.following(z, self._verdict(one), one.shifted, worth, inputs)
+        following = self._fallback.following(z, self._verdict(one), one.next_plan, worth, inputs)
+        if self._waiting:
+            following["sent"] = ca.vertcat(z["sent"], self._sent(z, one) - self.u0)[inputs.shape[0] :]
         if WINDOW in z:
             following[WINDOW] = self._targets.next_window(t, z[WINDOW], self.horizon)
         return following
@@ -230,7 +241,8 @@ class NonlinearPredictive(AbstractController):
 
     @property
     def _targets(self) -> PlanTargets:
-        return PlanTargets(self.model, (self.x0, self.u0), self.follows, self.preview, self.period)
+        rest, last = (self.x0, self.u0), self._waiting // self.model.inputs.size
+        return PlanTargets(self.model, rest, self.follows, self.preview, self.period, last)
 
     def _window(self, z: Parts) -> ca.SX:
         """The previewed signals at the stages 0 ... N, (m, N + 1); m = 0 without them."""
@@ -238,14 +250,14 @@ class NonlinearPredictive(AbstractController):
 
     @property
     def _weights(self) -> StageWeights:
-        names = ("Q", "R", "P", "low", "high", "row_low", "row_high", "row_weight")
-        none = ca.SX(0, 1)
-        return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
+        names = ("R", "P", "low", "high", "row_low", "row_high", "row_weight", "rate_low", "rate_high")
+        none, Q = ca.SX(0, 1), ca.diagcat(ca.SX(self.Q), ca.SX.zeros(self._waiting, self._waiting))
+        return StageWeights(Q, *(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the period before from now on: `predicted_t`, and the states and inputs at these times."""
         (nx, nu, N), model = self._counts, self.model
-        states = model.states, ca.reshape(z["plan_x"], nx, N), self.x0
+        states = model.states, ca.reshape(z["plan_x"], nx, N)[: model.states.size, :], self.x0
         inputs = model.inputs, ca.reshape(z["plan_u"], nu, N), self.u0
         return predicted_signals((states, inputs), self.period)
 
@@ -255,14 +267,15 @@ class NonlinearPredictive(AbstractController):
 
     def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PeriodProblem:
         """The problem of a period."""
-        targets = self._targets
+        nx, nu, N = self.model.states.size, self.model.inputs.size, self.horizon
+        targets, u0 = self._targets, ca.SX(self.u0)
 
         def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
             return targets.at(t + k * self.period, own, ref)
 
-        rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
-        stages = PlantStages(self.model, self.period, self.steps)
-        rows, N = partial(limited_rows, self.model, self.row_names), self.horizon
+        rest = ca.vertcat(ca.SX(self.x0), *[u0] * (self._waiting // nu)), u0, ca.SX(self.K)
+        stages = QueuedStages(PlantStages(self.model, self.period, self.steps), nx, self._waiting, self.delay > 0)
+        rows = partial(stages.rows, self.row_names)
         return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, self._window(z), rows)
 
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> SolvedPeriod:
@@ -274,6 +287,8 @@ class NonlinearPredictive(AbstractController):
             begin = ca.if_else(readable, begin, ca.SX(self.x0))
             rest = self.model.states.view(ca.SX(self.x0)) | self.model.inputs.view(ca.SX(self.u0))
             ref = Signals({name: ca.if_else(readable, ref[name], rest[name]) for name in self.follows.names})
+        if self._waiting:
+            begin = ca.vertcat(begin, z["sent"] + ca.repmat(ca.SX(self.u0), self._waiting // nu, 1))
         x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)

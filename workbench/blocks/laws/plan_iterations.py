@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.queued_stages import QueuedStages
 from workbench.blocks.laws.stagewise_sweeps import (
     Iterate,
     StageRows,
@@ -67,7 +67,7 @@ class PeriodProblem:
     Parameters
     ----------
     stages, weights
-        The plant over a period, and weights and limits.
+        The plant over a period, with the inputs on their way as states, and weights and limits.
     x0, u0
         The rest.
     feedback
@@ -84,7 +84,7 @@ class PeriodProblem:
         The softly limited signals (nr, 1) at a time and states.
     """
 
-    stages: PlantStages
+    stages: QueuedStages
     weights: StageWeights
     x0: ca.SX
     u0: ca.SX
@@ -123,7 +123,7 @@ class PeriodProblem:
 
         def stage(c: ca.SX, x: ca.SX, u: ca.SX, gains: ca.SX, *wanted: ca.SX) -> tuple[ca.SX, ...]:
             now, k = c[:nx], c[nx]
-            own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x))
+            own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x), now)
             after, A, B = self.stages.after_with_slopes(self._time(k), now, own)
             r, s = self.target(k, wanted[0] if wanted else ca.SX(0, 1))
             y, C = jacobian(lambda v: self.rows(self._time(k), v), now)
@@ -170,7 +170,7 @@ class PeriodProblem:
         wanted = u + share * (v - u) - K @ (now - x - share * e)
         if share == ALONE:
             wanted, gains = s - self.feedback @ (now - r), ca.vec(self.feedback)
-        taken = self.weights.clip(wanted)
+        taken = self.weights.clip(wanted, now)
         cost = cost + self.weights.stage_cost(now - r, taken - s, self.rows(self._time(k), now))
         after = self.stages.after(self._time(k), now, taken)
         return ca.vertcat(after, cost), ca.vertcat(now - self.x0, taken - self.u0, gains)
@@ -190,19 +190,23 @@ class SolvedPeriod:
         """The first input of the plan, (nu, 1)."""
         return self.plan.u[:, 0] + self.problem.u0
 
+    def clip(self, u: ca.SX) -> ca.SX:
+        """An input (nu, 1) within the limits of the period."""
+        return self.problem.weights.clip(u, self.begin)
+
     @property
     def behind_horizon(self) -> ca.SX:
         """The input of the law behind the horizon at the present state, (nu, 1)."""
         own = self.problem
         r, s = own.target(ca.SX(0.0), own.window[:, 0])
-        return own.weights.clip(s - own.feedback @ (self.begin - r))
+        return self.clip(s - own.feedback @ (self.begin - r))
 
     @property
-    def shifted(self) -> dict[str, ca.SX]:
+    def next_plan(self) -> dict[str, ca.SX]:
         """The plan for the next period, to which the law behind the horizon adds a stage."""
         own, plan = self.problem, self.plan
         r, s = own.end_target
-        last = own.weights.clip(s - own.feedback @ (plan.end - r))
+        last = own.weights.clip(s - own.feedback @ (plan.end - r), plan.end)
         return {
             "plan_x": ca.horzcat(plan.x[:, 1:], plan.end - own.x0),
             "plan_u": ca.horzcat(plan.u[:, 1:], last - own.u0),

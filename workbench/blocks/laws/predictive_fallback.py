@@ -46,7 +46,7 @@ Parts = Mapping[str, ca.SX]
 
 @dataclass(frozen=True)
 class PeriodVerdict:
-    """What a period is worth: 1 if the numbers read are finite, if those of the plan are, and if all is good."""
+    """The verdict on a period: 1 if the numbers read are finite, if those of the plan are, and if all is good."""
 
     readable: ca.SX
     finite: ca.SX

@@ -32,8 +32,7 @@ def extract_law(
 ) -> SampledLaw:
     """The law of a loop, see `SampledSystem.law`."""
     built_in = one_of("law(reference=...)", reference, ("input", "built in")) == "built in"
-    readings = _readings(loop, truths)
-    every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
+    readings, every = _readings(loop, truths), {one: periods_of(getattr(loop, one), period) for one in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
     states = wiring.memory(loop) + held_signals(loop, every, queue)
     wanted = Layout() if built_in else loop.controller.follows
