@@ -5,14 +5,16 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.blocks.test_nonlinear_predictive import STATES, WEIGHTS, first_period, step_of
 from tests.support.c_runs import compiled, differing, needs_compiler, recorded
+from tests.support.nonlinear_laws import first_period, step_of
 from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.stagewise_sweeps import StageRows, StageWeights, solve_stages
 from workbench.handover.c99.c_files import c_code
 
 PERIOD, N = 0.02, 20
 NONE = 1e30
+WEIGHTS = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
+STATES = ("x", "xd", "phi", "phid")
 
 
 def cart_design(horizon=N, **options):

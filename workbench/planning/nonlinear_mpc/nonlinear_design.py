@@ -16,7 +16,7 @@ from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, definite, semidefinite
 from workbench.design.riccati.regulators import is_system
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair, bounds
-from workbench.planning.linear_mpc.linear_problem import delayed, regulator
+from workbench.planning.linear_mpc.linear_problem import regulator, with_delay
 from workbench.planning.nonlinear_mpc.input_limits import rate_ends, whole_periods
 
 CALL = "nonlinear_predictive_design"
@@ -94,7 +94,7 @@ class NonlinearPredictiveDesign:
             ends = zip(self.inputs, own.rate_low, own.rate_high, strict=True)
             changes = ", ".join(name for name, low, high in ends if low > -NO_LIMIT or high < NO_LIMIT)
             soft = f", on changes of {changes}{soft}"
-        soft += f", inputs {self.delay} periods late" if self.delay else ""
+        soft += f", inputs {self.delay} period{'s' if self.delay > 1 else ''} late" if self.delay else ""
         return (
             f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
             f"{self.sweeps} sweeps, {self.iterations} linearisation{'s' if self.iterations > 1 else ''} a period>"
@@ -129,32 +129,24 @@ def nonlinear_predictive_design(
 
     Parameters
     ----------
-    system, period
-        The plant linearised at the rest behind the horizon, as `linearize` gives it, and the period in s.
-    Q, R, horizon
-        Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
-        the number of stages, each of a period.
+    system, period, delay
+        The plant linearised at the rest behind the horizon, the period, and the delay of inputs, whole periods, in s.
+    Q, R, P, horizon
+        Weights of a stage, (nx, nx) semidefinite and (nu, nu) definite, and of the end, (nz, nz), by default the cost
+        of LQR, with nz = nx + nu delay / period; and the number of stages, each of a period.
     limits, soft_weight
         Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs,
         which are soft. A violation d of a soft limit costs w d^2 in a stage; w is one number, or one by name.
     rate_limits
-        Pairs (low, high) of the change of an input in a period, by name, which are kept.
-    delay
-        The delay of the inputs in s, whole periods below the horizon.
-    P
-        Weight of the end, (nz, nz) positive semidefinite, with nz = nx + nu delay / period; by default the cost of the
-        LQR law at the rest.
+        Pairs of the change of an input in a period, by name, which are kept.
     sweeps, iterations, steps
-        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
-        stage.
+        Numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
 
     Raises
     ------
-    ValueError, LookupError
-        If an argument is out of its range, limits cross, exclude the rest or have no weight, the delay is no whole
-        number of periods, or no signal has a name.
-    DesignError
-        If the system is sampled already, or no gain stabilises it at the rest.
+    ValueError, LookupError, DesignError
+        If an argument is out of its range, limits cross, exclude the rest or have no weight, or no signal has a name;
+        if the system is sampled already, or no gain stabilises it.
 
     Examples
     --------
@@ -162,18 +154,30 @@ def nonlinear_predictive_design(
     >>> wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
     <NonlinearPredictiveDesign: 40 stages of 0.02 s, limits on F, 3 sweeps, 1 linearisation a period>
     """
-    h, names, q, r = _plant_and_weights(system, period, Q, R)
+    plant = _plant_and_weights(system, period, Q, R)
     counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
+    return _design(system, plant, counts, (limits or {}, rate_limits or {}, soft_weight), delay, P)
+
+
+def _design(
+    system: System,
+    plant: tuple[float, Names, Array, Array],
+    counts: Mapping[str, int],
+    named: tuple[Mapping[str, Pair], Mapping[str, Pair], float | Mapping[str, float] | None],
+    delay: float,
+    P: Numbers | None,
+) -> NonlinearPredictiveDesign:
+    h, names, q, r = plant
     N, S, M, n = (whole(f"{CALL}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
-    late = whole_periods(delay, h, N)
+    late, (limits, rate_limits, soft_weight) = whole_periods(delay, h, N), named
     A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, n)
-    K, end = _behind_horizon(*delayed(A, B, q, r, late), P)
-    rates = rate_ends(rate_limits or {}, names[1])
+    K, end = _behind_horizon(*with_delay(A, B, q, r, late), P)
+    rates = rate_ends(rate_limits, names[1])
     if rates is not None and not late:  # the inputs before are states without weight
         K, end = np.pad(K, ((0, 0), (0, len(r)))), np.pad(end, (0, len(r)))
     point = getattr(system, "point", None)
     x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(len(A)), np.zeros(len(r)))
-    own = _limits(limits or {}, names, np.asarray(u0), soft_weight)
+    own = _limits(limits, names, np.asarray(u0), soft_weight)
     if rates is not None:
         own = replace(own, rate_low=rates[0], rate_high=rates[1])
     return NonlinearPredictiveDesign(*names[:2], h, N, S, M, n, q, r, end, K, A, B, own, x0, u0, late)
