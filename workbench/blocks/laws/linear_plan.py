@@ -2,11 +2,63 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import casadi as ca
 
-from workbench.blocks.laws.predictive_ports import About
+from workbench.blocks.laws.predictive_ports import DISTURBANCE, About, all_finite, column
 from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, SweepNumbers
+from workbench.blocks.loop.contracts import Follows, Parts, Reads
+from workbench.core import Layout
+from workbench.core.block import Matrix, Vector
 from workbench.core.bounded_loop import bounded_loop
+
+
+class RestNumbers(SweepNumbers, Protocol):
+    """The ports and numbers of a law that its wanted rest needs, as `ModelPredictive` declares them."""
+
+    @property
+    def states(self) -> Layout: ...
+    @property
+    def inputs(self) -> Layout: ...
+    @property
+    def outputs(self) -> Layout: ...
+    @property
+    def follow(self) -> tuple[str, ...]: ...
+    @property
+    def x0(self) -> Vector: ...
+    @property
+    def y0(self) -> Vector: ...
+    @property
+    def target(self) -> Matrix | None: ...
+    @property
+    def safe_command(self) -> Vector | None: ...
+
+
+def about_period(law: RestNumbers, z: Parts, est: Reads, ref: Follows) -> About:
+    """The state, and the rest that is wanted; both at x0 where a number that is read is not finite."""
+    nx, x = law.A.shape[0], column(est, law.states)
+    waiting, push = nx - law.states.size, ca.SX.zeros(law.inputs.size)
+    wanted = {**law.states.view(ca.SX(law.x0)), **{name: ref[name] for name in law.follow}}
+    both = law.states.flatten(wanted) - law.x0
+    if law.target is not None:
+        both = ca.vertcat(est[DISTURBANCE], column(ref, law.outputs) - law.y0)
+    valid = None if law.safe_command is None else all_finite(ca.vertcat(x, both))
+    if valid is not None:
+        x = ca.if_else(valid, x, ca.SX(law.x0))
+        both = ca.if_else(valid, both, ca.SX.zeros(both.numel()))
+    at = ca.vertcat(both, ca.SX.zeros(waiting))
+    if law.target is not None:
+        both = law.target @ both
+        at, push = both[:nx], both[nx:]
+    e = x - law.x0
+    return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
+
+
+def rest_beyond_limits(law: SweepNumbers, about: About) -> ca.SX:
+    """How far the wanted rest passes a limit of a row, in the unit of the row, at most; 0 for a rest that is kept."""
+    rest = ca.SX(law.F) @ about.at + ca.SX(law.E) @ about.push
+    return ca.mmax(ca.fmax(ca.fmax(rest - law.high, law.low - rest), 0.0))
 
 
 def planned_inputs(law: SweepNumbers, answer: PeriodAnswer) -> ca.SX:

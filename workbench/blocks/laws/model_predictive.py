@@ -5,14 +5,17 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.linear_plan import following_plan, planned_inputs, planned_states
+from workbench.blocks.laws.linear_plan import (
+    about_period,
+    following_plan,
+    planned_inputs,
+    planned_states,
+    rest_beyond_limits,
+)
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
 from workbench.blocks.laws.predictive_fallback import FORMS, WARM, Fallback, PeriodVerdict, finite_columns
 from workbench.blocks.laws.predictive_ports import (
-    DISTURBANCE,
     About,
-    all_finite,
-    column,
     disturbance_port,
     refuse_other_signals,
     safe_inputs,
@@ -24,6 +27,9 @@ from workbench.core.block import Matrix, Number, Vector, option
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, whole
+
+REST = "rest_beyond_limits"
+ROUNDING = 1e-9  # of a rest at a limit
 
 
 @block
@@ -76,7 +82,8 @@ class ModelPredictive(AbstractController):
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
-        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
+        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d. A run
+        that asks for a rest beyond the limits is flagged, by the memory `rest_beyond_limits`.
     residual_bounds
         The bounds of the memory `worst`: a run that passes them is flagged among the warnings of the run.
     safe_command
@@ -220,6 +227,8 @@ class ModelPredictive(AbstractController):
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
         residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
         spare = self._fallback.memory(self.inputs.size, self.horizon)
+        if self.target is not None:
+            spare = (Entry(REST, np.zeros(()), ANY, Bounds(high=ROUNDING)), *spare)
         return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst, *spare))
 
     @property
@@ -231,24 +240,26 @@ class ModelPredictive(AbstractController):
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        about = self._about(z, est, ref)
+        about = about_period(self, z, est, ref)
         return Signals(self.inputs.view(self.u0 + self._first_input(z, self._solve(z, about), about)))
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the next period about its LQR answer, the inputs on their way, and the residual."""
-        about = self._about(z, est, ref)
+        about = about_period(self, z, est, ref)
         answer = self._solve(z, about)
         plan, after = following_plan(self, about, answer, self._first_input(z, answer, about))
         parts = {"plan": plan}, {"residual": answer.residual}, planned_inputs(self, answer)
         following = self._fallback.following(z, self._verdict(answer, about), *parts)
         following["worst"] = ca.fmax(z["worst"], following["residual"])
+        if self.target is not None:
+            following[REST] = rest_beyond_limits(self, about)
         if self._waiting:
             following["sent"] = after[self.states.size :]
         return following
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages."""
-        about = self._about(z, est, ref)
+        about = about_period(self, z, est, ref)
         u = planned_inputs(self, self._solve(z, about))
         states = self.states, planned_states(self, about, u)[: self.states.size, :], self.x0
         inputs = self.inputs, ca.horzcat(u, u[:, -1]), self.u0  # the last one is held
@@ -257,25 +268,6 @@ class ModelPredictive(AbstractController):
     @property
     def signal_units(self) -> Mapping[str, str]:
         return predicted_units(self.states, self.inputs)
-
-    def _about(self, z: Parts, est: Reads, ref: Follows) -> About:
-        """The state, and the rest that is wanted; both at x0 where a number that is read is not finite."""
-        x, waiting = column(est, self.states), self._waiting
-        push = ca.SX.zeros(self.inputs.size)
-        wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
-        both = self.states.flatten(wanted) - self.x0
-        if self.target is not None:
-            both = ca.vertcat(est[DISTURBANCE], column(ref, self.outputs) - self.y0)
-        valid = None if self.safe_command is None else all_finite(ca.vertcat(x, both))
-        if valid is not None:
-            x = ca.if_else(valid, x, ca.SX(self.x0))
-            both = ca.if_else(valid, both, ca.SX.zeros(both.numel()))
-        at = ca.vertcat(both, ca.SX.zeros(waiting))
-        if self.target is not None:
-            both = self.target @ both
-            at, push = both[: self._counts[0]], both[self._counts[0] :]
-        e = x - self.x0
-        return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
     def _first_input(self, z: Parts, answer: PeriodAnswer, about: About) -> ca.SX:
         """The input of a period within its limits, and within those of its change from the input before."""
