@@ -1,12 +1,16 @@
 """Fallbacks of both predictive laws: lost readings, too few sweeps, a plan that runs out, and bad arguments."""
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 import workbench as wb
 from tests.support.c_runs import compiled, differing, needs_compiler, recorded
+from tests.support.law_forms import run_here
 from workbench.handover.c99.c_files import c_code
+from workbench.handover.programs.python_law import python_law
 
 PERIOD, N, SAFE = 0.1, 8, 0.25
 WEIGHTS = np.diag([1.0, 0.1]), [[1.0]]
@@ -186,7 +190,7 @@ def test_bad_fallbacks_are_refused(kind, options, message):
 
 @needs_compiler
 @pytest.mark.parametrize("kind", LAWS)
-def test_c_answers_a_lost_reading_with_the_bits_of_the_simulation(kind, tmp_path):
+def test_c_and_python_answer_a_lost_reading_with_the_bits_of_the_simulation(kind, tmp_path):
     loop = computer_of(law_of(kind, fallback="last_good"), lost_at=4, lost_for=N + 3, x=1.0)
     law, run = loop.law(), wb.simulate(loop.step(1), until=3.0, arithmetic="portable")
     y, r, u = (np.ascontiguousarray(part[0, :-1]) for part in (run.x[:, :, :2], run["x_ref"], run["F"]))
@@ -195,3 +199,5 @@ def test_c_answers_a_lost_reading_with_the_bits_of_the_simulation(kind, tmp_path
     np.testing.assert_array_equal(flags, np.isnan(y[:, 1]))  # BAD_READING
     assert differing(made, u) == 0
     assert differing(memory, np.hstack([run.x[0, 1:, run.step.states.slice(name)] for name in law.memory.names])) == 0
+    told = run_here(SimpleNamespace(law=law, readings=y, references=r), python_law(law))
+    assert differing(np.array([[commands["F"]] for commands, *_ in told]), u) == 0

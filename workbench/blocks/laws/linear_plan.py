@@ -5,13 +5,19 @@ from __future__ import annotations
 from typing import Protocol
 
 import casadi as ca
+import numpy as np
 
 from workbench.blocks.laws.predictive_ports import DISTURBANCE, About, all_finite, column
 from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, SweepNumbers
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
-from workbench.core import Layout
+from workbench.core import Entry, Layout
 from workbench.core.block import Matrix, Vector
 from workbench.core.bounded_loop import bounded_loop
+from workbench.core.numbers import Bounds
+from workbench.core.units import ANY
+
+REST = "rest_beyond_limits"
+ROUNDING = 1e-9  # of a rest at a limit
 
 
 class RestNumbers(SweepNumbers, Protocol):
@@ -55,10 +61,17 @@ def about_period(law: RestNumbers, z: Parts, est: Reads, ref: Follows) -> About:
     return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
 
-def rest_beyond_limits(law: SweepNumbers, about: About) -> ca.SX:
-    """How far the wanted rest passes a limit of a row, in the unit of the row, at most; 0 for a rest that is kept."""
+def rest_memory(law: RestNumbers) -> tuple[Entry, ...]:
+    """The memory of `rest_beyond_limits`, whose bound a run passes that asks for such a rest."""
+    return () if law.target is None else (Entry(REST, np.zeros(()), ANY, Bounds(high=ROUNDING)),)
+
+
+def rest_beyond_limits(law: RestNumbers, about: About) -> dict[str, ca.SX]:
+    """How far the wanted rest passes a limit of a row at most, in the unit of the row, by its name in the memory."""
+    if law.target is None:
+        return {}
     rest = ca.SX(law.F) @ about.at + ca.SX(law.E) @ about.push
-    return ca.mmax(ca.fmax(ca.fmax(rest - law.high, law.low - rest), 0.0))
+    return {REST: ca.mmax(ca.fmax(ca.fmax(rest - law.high, law.low - rest), 0.0))}
 
 
 def planned_inputs(law: SweepNumbers, answer: PeriodAnswer) -> ca.SX:

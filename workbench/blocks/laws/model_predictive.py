@@ -11,15 +11,11 @@ from workbench.blocks.laws.linear_plan import (
     planned_inputs,
     planned_states,
     rest_beyond_limits,
+    rest_memory,
 )
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
 from workbench.blocks.laws.predictive_fallback import FORMS, WARM, Fallback, PeriodVerdict, finite_columns
-from workbench.blocks.laws.predictive_ports import (
-    About,
-    disturbance_port,
-    refuse_other_signals,
-    safe_inputs,
-)
+from workbench.blocks.laws.predictive_ports import About, disturbance_port, refuse_other_signals, safe_inputs
 from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
@@ -27,9 +23,6 @@ from workbench.core.block import Matrix, Number, Vector, option
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, whole
-
-REST = "rest_beyond_limits"
-ROUNDING = 1e-9  # of a rest at a limit
 
 
 @block
@@ -226,9 +219,7 @@ class ModelPredictive(AbstractController):
         rows, bounds = self.horizon * self._counts[2], self.residual_bounds
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
         residual, worst = Entry("residual", np.zeros(()), "1"), Entry("worst", np.zeros(()), "1", bounds)
-        spare = self._fallback.memory(self.inputs.size, self.horizon)
-        if self.target is not None:
-            spare = (Entry(REST, np.zeros(()), ANY, Bounds(high=ROUNDING)), *spare)
+        spare = *rest_memory(self), *self._fallback.memory(self.inputs.size, self.horizon)
         return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, worst, *spare))
 
     @property
@@ -251,8 +242,7 @@ class ModelPredictive(AbstractController):
         parts = {"plan": plan}, {"residual": answer.residual}, planned_inputs(self, answer)
         following = self._fallback.following(z, self._verdict(answer, about), *parts)
         following["worst"] = ca.fmax(z["worst"], following["residual"])
-        if self.target is not None:
-            following[REST] = rest_beyond_limits(self, about)
+        following |= rest_beyond_limits(self, about)
         if self._waiting:
             following["sent"] = after[self.states.size :]
         return following
