@@ -237,6 +237,42 @@ def test_bad_designs_are_refused_in_one_sentence(change, message):
         cart_design(**change)
 
 
-def test_previewed_inputs_beside_a_delay_are_refused():
-    with pytest.raises(ValueError, match="must have no inputs beside `delay`"):
-        wb.NonlinearPredictive.of(wb.CartPole(), cart_design(delay=PERIOD), preview=wb.Step("F", "N", 1.0))
+def planned_swing():
+    swing = wb.plan(
+        wb.open_loop(wb.CartPole(phi=np.pi)),
+        2.0,
+        cost="energy",
+        end=dict.fromkeys(STATES, 0.0),
+        limits={"F": (-6.0, 6.0)},
+    )
+    return wb.PlannedReference(swing.motion, rest_inputs=[0.0])
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return planned_swing()
+
+
+def test_an_input_that_acts_later_is_compared_with_the_planned_input_of_then(reference):
+    law = wb.NonlinearPredictive.of(wb.CartPole(), cart_design(6, delay=2 * PERIOD), preview=reference)
+    t = ca.SX.sym("t")
+    at = ca.Function("at", [t], [ca.vertcat(*(ca.vec(part) for part in reference.at(t).values()))])
+    window = law.memory["window"].default.reshape(7, 5 + 2)
+    targets = ca.Function("r", [t], law._targets.at(t, ca.SX(0, 1), {}))
+    for k in range(7):
+        now, soon, later = (np.array(at(PERIOD * (k + j))).ravel() for j in range(3))
+        r, s = targets(PERIOD * k)
+        np.testing.assert_allclose(np.array(r).ravel(), np.r_[now[:4], now[4], soon[4]], rtol=0, atol=1e-12)
+        assert float(s) == pytest.approx(later[4], abs=1e-12)
+        np.testing.assert_allclose(window[k], np.r_[now, soon[4], later[4]], rtol=0, atol=1e-12)
+
+
+def test_a_planned_motion_is_followed_through_a_delay(reference):
+    misses = []
+    for delay in (PERIOD, 0.0):
+        plant = wb.CartPole(phi=np.pi)
+        law = wb.NonlinearPredictive.of(plant, cart_design(20, delay=delay), preview=reference)
+        loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law, reference=reference)
+        run = wb.simulate(loop.digital(PERIOD, delay=True).step(2), until=2.0)
+        misses.append(np.abs(run["e_phi"]).max())
+    assert misses[0] < 0.5 * misses[1]

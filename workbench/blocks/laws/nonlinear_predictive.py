@@ -129,7 +129,7 @@ class NonlinearPredictive(AbstractController):
         whole("NonlinearPredictive(delay=...)", self.delay, least=0)
         seconds("NonlinearPredictive(period=...)", self.period)
         names = self.follow, self.row_names
-        refuse_unfit_plan("NonlinearPredictive", self.model, *names, self.preview, self.delay)
+        refuse_unfit_plan("NonlinearPredictive", self.model, *names, self.preview)
         self._fallback.refuse_unfit("NonlinearPredictive")
 
     @staticmethod
@@ -242,7 +242,7 @@ class NonlinearPredictive(AbstractController):
     @property
     def _targets(self) -> PlanTargets:
         rest, last = (self.x0, self.u0), self._waiting // self.model.inputs.size
-        return PlanTargets(self.model, rest, self.follows, self.preview, self.period, last)
+        return PlanTargets(self.model, rest, self.follows, self.preview, self.period, self.delay, last)
 
     def _window(self, z: Parts) -> ca.SX:
         """The previewed signals at the stages 0 ... N, (m, N + 1); m = 0 without them."""

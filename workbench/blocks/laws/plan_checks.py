@@ -16,7 +16,6 @@ def refuse_unfit_plan(
     follow: tuple[str, ...],
     row_names: tuple[str, ...],
     preview: AbstractReference | None,
-    delay: int,
 ) -> None:
     """Refuse an unfit model, names that it has not, and an unfit preview."""
     refuse_unfit_model(call, model)
@@ -26,11 +25,6 @@ def refuse_unfit_plan(
         known_name(name, signals_of(model).labels, "states and outputs of the model")
     if preview is not None:
         refuse_unfit_preview(call, model, preview, follow)
-        if delay and any(name in model.inputs for name in preview.gives.names):
-            raise ValueError(
-                f"`{call}(preview=...)` must have no inputs beside `delay`, as those of a stage act {delay} periods "
-                "later; give a reference of states alone."
-            )
 
 
 def refuse_unfit_model(call: str, model: AbstractPlant) -> None:

@@ -36,8 +36,10 @@ class PlanTargets:
         The reference that is previewed; None for one that holds along the plan.
     period
         The length of a stage in s.
+    delay
+        The number of periods until an input acts.
     last_inputs
-        The number of last inputs that stand behind the states of the plant.
+        The number of last inputs that stand behind the states of the plant: `delay`, or 1 with limits of changes.
     """
 
     model: AbstractPlant
@@ -45,6 +47,7 @@ class PlanTargets:
     port: Layout
     preview: AbstractReference | None
     period: float
+    delay: int
     last_inputs: int
 
     def memory(self, horizon: int) -> tuple[Entry, ...]:
@@ -62,21 +65,47 @@ class PlanTargets:
         return ca.vertcat(window[newest.numel() :], newest)
 
     def preview_at(self, t: ca.SX) -> ca.SX:
-        """The signals of the previewed reference at a time, as a column."""
+        """The signals of the previewed reference at a time, and its inputs in the periods of the delay, as a column."""
+        later = [self._inputs(self._signals(t + j * self.period)) for j in range(1, self.delay + 1)]
+        return ca.vertcat(self._signals(t), *later)
+
+    def at(self, t: ca.SX, own: ca.SX, ref: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
+        """The wanted states (nz, 1) and inputs (nu, 1) at a time, with the column of the window for it, if any.
+
+        An input that is sent then acts after the delay. Those on their way act before it, oldest first.
+        """
+        if self.preview is None:
+            column = ca.vertcat(*(ca.vec(ref[name]) for name in self.port.names), ca.SX(0, 1))
+        else:
+            column = own if own.numel() else self.preview_at(t)
+        size, states = self.port.size, self.model.states
+        wanted, r = self.port.view(column[:size]), states.view(ca.SX(self.rest[0]))
+        r.update({name: part for name, part in wanted.items() if name in states})
+        inputs = [self._with_rest(self._inputs(column[:size]))]
+        if column.numel() > size:
+            inputs += [self._with_rest(part) for part in ca.vertsplit(column[size:], self._input_port.size)]
+        inputs += inputs[:1] * max(0, self.delay + 1 - len(inputs))
+        queue = inputs[: self.delay] if self.delay else inputs * self.last_inputs
+        return ca.vertcat(ca.densify(states.flatten(r)), *queue), inputs[self.delay]
+
+    @property
+    def _input_port(self) -> Layout:
+        """The inputs that the reference gives."""
+        return Layout(tuple(entry for entry in self.port.entries if entry.name in self.model.inputs))
+
+    def _inputs(self, column: ca.SX) -> ca.SX:
+        """The inputs among the signals of the reference, as a column."""
+        signals, port = self.port.view(column), self._input_port
+        return ca.densify(port.flatten({name: signals[name] for name in port.names}))
+
+    def _with_rest(self, column: ca.SX) -> ca.SX:
+        """All inputs (nu, 1): those of the reference, and those of the rest."""
+        inputs = self.model.inputs.view(ca.SX(self.rest[1])) | self._input_port.view(column)
+        return ca.densify(self.model.inputs.flatten(inputs))
+
+    def _signals(self, t: ca.SX) -> ca.SX:
         assert self.preview is not None
         if isinstance(self.preview, PlannedReference):
             return planned_signals(self.preview, t)
         signals = call_block(self.preview, "at", self.preview.gives, t)
         return ca.densify(self.port.flatten({name: signals[name] for name in self.port.names}))
-
-    def at(self, t: ca.SX, own: ca.SX, ref: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
-        """The wanted states (nz, 1) and inputs (nu, 1) at a time, with the column of the window for it, if any."""
-        states, inputs = self.model.states, self.model.inputs
-        wanted = {name: ref[name] for name in self.port.names}
-        if self.preview is not None:
-            wanted = self.port.view(own if own.numel() else self.preview_at(t))
-        r, s = states.view(ca.SX(self.rest[0])), inputs.view(ca.SX(self.rest[1]))
-        r.update({name: part for name, part in wanted.items() if name in states})
-        s.update({name: part for name, part in wanted.items() if name in inputs})
-        u = ca.densify(inputs.flatten(s))
-        return ca.vertcat(ca.densify(states.flatten(r)), *[u] * self.last_inputs), u
