@@ -67,7 +67,7 @@ def rest_memory(law: RestNumbers) -> tuple[Entry, ...]:
 
 
 def rest_beyond_limits(law: RestNumbers, about: About) -> dict[str, ca.SX]:
-    """How far the wanted rest passes a limit of a row at most, in the unit of the row, by its name in the memory."""
+    """The largest distance of the wanted rest beyond a limit, in the unit of its row, by its name in the memory."""
     if law.target is None:
         return {}
     rest = ca.SX(law.F) @ about.at + ca.SX(law.E) @ about.push
