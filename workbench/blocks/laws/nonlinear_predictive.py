@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.laws.plan_checks import refuse_unfit_plan
+from workbench.blocks.laws.plan_disturbances import disturbances_of, with_disturbances
 from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem, SolvedPeriod
 from workbench.blocks.laws.plan_targets import WINDOW, PlanTargets
 from workbench.blocks.laws.plant_stages import PlantStages
@@ -46,7 +47,8 @@ class NonlinearPredictive(AbstractController):
     Parameters
     ----------
     model
-        The plant as the law believes it to be. All its states are read, and all its inputs are driven.
+        The plant as the law believes it to be, or `InputDisturbances` of it. All its states are read, and all its
+        inputs are driven.
     horizon, period
         The number N of stages, and their length in s, with which a computer runs the law.
     sweeps, iterations, steps
@@ -166,8 +168,8 @@ class NonlinearPredictive(AbstractController):
         own = getattr(design, "law_arguments", None)
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
-        own = dict(own)
-        refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
+        own = with_disturbances(own, plant)
+        refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"), disturbances_of(plant))
         ends = (np.asarray(own[end], dtype=float) for end in ("low", "high"))
         safe = safe_inputs("NonlinearPredictive.of", plant.inputs, safe_command, *ends)
         own |= {"safe_command": safe, "fallback": fallback, "residual_bound": residual_bound}
@@ -244,10 +246,6 @@ class NonlinearPredictive(AbstractController):
         rest, last = (self.x0, self.u0), self._waiting // self.model.inputs.size
         return PlanTargets(self.model, rest, self.follows, self.preview, self.period, self.delay, last)
 
-    def _window(self, z: Parts) -> ca.SX:
-        """The previewed signals at the stages 0 ... N, (m, N + 1); m = 0 without them."""
-        return ca.reshape(z[WINDOW], -1, self.horizon + 1) if WINDOW in z else ca.SX(0, self.horizon + 1)
-
     @property
     def _weights(self) -> StageWeights:
         names = ("R", "P", "low", "high", "row_low", "row_high", "row_weight", "rate_low", "rate_high")
@@ -276,7 +274,9 @@ class NonlinearPredictive(AbstractController):
         rest = ca.vertcat(ca.SX(self.x0), *[u0] * (self._waiting // nu)), u0, ca.SX(self.K)
         stages = QueuedStages(PlantStages(self.model, self.period, self.steps), nx, self._waiting, self.delay > 0)
         rows = partial(stages.rows, self.row_names)
-        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, self._window(z), rows)
+        window = ca.reshape(z[WINDOW], -1, N + 1) if WINDOW in z else ca.SX(0, N + 1)
+        d = slice(nx - disturbances_of(self.model).size, nx)
+        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, rows, d)
 
     def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> SolvedPeriod:
         """The plan of a period; one from the rest where a number that the law reads is not finite."""

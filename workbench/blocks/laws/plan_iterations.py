@@ -82,6 +82,8 @@ class PeriodProblem:
         The signals of a previewed reference at the stages 0 ... N, (m, N + 1); m = 0 without them.
     rows
         The softly limited signals (nr, 1) at a time and states.
+    disturbances
+        The places of the disturbances of the inputs among the states.
     """
 
     stages: QueuedStages
@@ -95,6 +97,17 @@ class PeriodProblem:
     target: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
     window: ca.SX
     rows: Callable[[ca.SX, ca.SX], ca.SX]
+    disturbances: slice
+
+    def wanted_at(self, k: ca.SX, own: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """The wanted states and inputs of a stage, where the inputs cancel the disturbances in the states x."""
+        r, s = self.target(k, own)
+        d = x[self.disturbances]
+        if not d.numel():
+            return r, s
+        nq = x.numel() - self.disturbances.stop
+        shift = ca.vertcat(ca.SX.zeros(self.disturbances.stop, 1), ca.repmat(d, nq // d.numel(), 1))
+        return r - shift, s - d
 
     def iterate(self, begin: ca.SX, last: NonlinearPlan) -> NonlinearPlan:
         """The plan after one linearisation about the last one, from the state `begin` on."""
@@ -109,10 +122,9 @@ class PeriodProblem:
         distance = self.weights.high - self.weights.low
         return ca.if_else(distance < NO_LIMIT, distance, 1.0)
 
-    @property
-    def end_target(self) -> tuple[ca.SX, ca.SX]:
-        """The wanted states and inputs behind the last stage."""
-        return self.target(ca.SX(self.horizon), self.window[:, -1])
+    def end_target(self, x: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """The wanted states and inputs behind the last stage, at states x with the same disturbances."""
+        return self.wanted_at(ca.SX(self.horizon), self.window[:, -1], x)
 
     def _time(self, k: ca.SX) -> ca.SX:
         return self.t + k * self.stages.period
@@ -125,13 +137,13 @@ class PeriodProblem:
             now, k = c[:nx], c[nx]
             own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x), now)
             after, A, B = self.stages.after_with_slopes(self._time(k), now, own)
-            r, s = self.target(k, wanted[0] if wanted else ca.SX(0, 1))
+            r, s = self.wanted_at(k, wanted[0] if wanted else ca.SX(0, 1), now)
             y, C = jacobian(lambda v: self.rows(self._time(k), v), now)
             return ca.vertcat(after, k + 1), ca.veccat(now, own, A, B, r, s, y, C)
 
         rows = [last.x, last.u, last.gains, *([self.window[:, :-1]] if self.window.numel() else [])]
         end, columns = bounded_loop(self.horizon, stage, ca.vertcat(begin, 0.0), *rows)
-        return StageRows(columns, end[:nx] - self.end_target[0])
+        return StageRows(columns, end[:nx] - self.end_target(begin)[0])
 
     def _roll(self, begin: ca.SX, way: Iterate, rows: StageRows) -> NonlinearPlan:
         """The plant along shares of the way, and under the law behind the horizon; the candidate of least cost."""
@@ -148,7 +160,7 @@ class PeriodProblem:
 
         first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in trials), 0.0)
         ends, results = bounded_loop(N, stage, first, ca.vertcat(way.e, way.v), way.gains, rows.columns)
-        target, parts = self.end_target[0], ca.vertsplit(ends[:-1], nx + 1)
+        target, parts = self.end_target(begin)[0], ca.vertsplit(ends[:-1], nx + 1)
         costs = [part[nx] + self.weights.end_cost(part[:nx] - target) for part in parts]
         flags = better_flags(costs)
 
@@ -198,14 +210,14 @@ class SolvedPeriod:
     def behind_horizon(self) -> ca.SX:
         """The input of the law behind the horizon at the present state, (nu, 1)."""
         own = self.problem
-        r, s = own.target(ca.SX(0.0), own.window[:, 0])
+        r, s = own.wanted_at(ca.SX(0.0), own.window[:, 0], self.begin)
         return self.clip(s - own.feedback @ (self.begin - r))
 
     @property
     def next_plan(self) -> dict[str, ca.SX]:
         """The plan for the next period, to which the law behind the horizon adds a stage."""
         own, plan = self.problem, self.plan
-        r, s = own.end_target
+        r, s = own.end_target(plan.end)
         last = own.weights.clip(s - own.feedback @ (plan.end - r), plan.end)
         return {
             "plan_x": ca.horzcat(plan.x[:, 1:], plan.end - own.x0),
