@@ -24,10 +24,12 @@ def with_disturbances(numbers: Mapping[str, object], model: AbstractPlant) -> di
         return own
     nx = model.states.size - nd
 
-    def grown(name: str, axes: tuple[int, ...]) -> Array:
+    def with_zeros(name: str, axes: tuple[int, ...]) -> Array:
         part = np.asarray(own[name], dtype=float)
         for axis in axes:
             part = np.insert(part, [nx] * nd, 0.0, axis=axis)
         return part
 
-    return own | {name: grown(name, axes) for name, axes in (("Q", (0, 1)), ("P", (0, 1)), ("K", (1,)), ("x0", (0,)))}
+    return own | {
+        name: with_zeros(name, axes) for name, axes in (("Q", (0, 1)), ("P", (0, 1)), ("K", (1,)), ("x0", (0,)))
+    }
