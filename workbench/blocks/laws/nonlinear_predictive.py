@@ -47,8 +47,7 @@ class NonlinearPredictive(AbstractController):
     Parameters
     ----------
     model
-        The plant as the law believes it to be, or `InputDisturbances` of it. All its states are read, and all its
-        inputs are driven.
+        The plant as the law believes it to be, or its `InputDisturbances`: all states are read, all inputs driven.
     horizon, period
         The number N of stages, and their length in s, with which a computer runs the law.
     sweeps, iterations, steps
@@ -168,11 +167,12 @@ class NonlinearPredictive(AbstractController):
         own = getattr(design, "law_arguments", None)
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
-        own = with_disturbances(own, plant)
+        own = dict(own)
         refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"), disturbances_of(plant))
         ends = (np.asarray(own[end], dtype=float) for end in ("low", "high"))
         safe = safe_inputs("NonlinearPredictive.of", plant.inputs, safe_command, *ends)
         own |= {"safe_command": safe, "fallback": fallback, "residual_bound": residual_bound}
+        own |= with_disturbances(own, plant)
         return NonlinearPredictive(plant, **own, follow=follow, preview=preview)
 
     # ports
