@@ -69,6 +69,7 @@ GROUPS = (
         {
             "EquippedPlant": "A plant with actuators and sensors.",
             "DisturbedPlant": "A plant with a disturbance on its inputs or outputs.",
+            "InputDisturbances": "A model with an unknown disturbance on each input.",
             "Saturation": "Limits a signal.",
             "DeadZone": "Passes only what lies beyond two ends.",
             "Quantiser": "Rounds a signal to steps.",

@@ -24,8 +24,8 @@ _ROOMS = {
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver OffsetFreeObserver SteadyKalmanFilter "
     "UnscentedKalmanFilter",
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
-    "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
-    "Saturation SingleTrackVehicle StirredTank TwoMasses",
+    "FurutaPendulum InputDisturbances LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank "
+    "Quantiser RateLimit Saturation SingleTrackVehicle StirredTank TwoMasses",
     "blocks.signals": "Chirp Constant PlannedReference PulseTrain Ramp Sines SineTorque SquareWave Step Table "
     "CombinedReference Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",

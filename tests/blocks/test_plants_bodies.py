@@ -10,6 +10,7 @@ from workbench.blocks.loop import AbstractPlant, open_loop
 from workbench.blocks.plants import (
     DisturbedPlant,
     EquippedPlant,
+    InputDisturbances,
     FurutaPendulum,
     LinearPlant,
     OdePlant,
@@ -144,7 +145,7 @@ def test_a_vehicle_with_weak_rear_tyres_is_unstable_beyond_its_critical_speed():
 
 
 MADE = {name: getattr(plants, name) for name in plants.__all__}
-OF_OTHERS = (DisturbedPlant, EquippedPlant, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
+OF_OTHERS = (DisturbedPlant, EquippedPlant, InputDisturbances, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
 WHOLE = [
     kind()
     for kind in MADE.values()

@@ -131,6 +131,8 @@ def test_a_reference_beyond_the_limits_winds_nothing_up():
         )
         run = wb.simulate(loop.digital(0.1).step(4), until=30.0)
         assert not run.has_diverged.any()
+        flags = [text for text in run.warnings if "'controller.rest_beyond_limits' of 'loop' passes its bound" in text]
+        assert len(flags) == (level > 2.0)
         times.append(run.t[np.flatnonzero(np.abs(run["h"][0, :, 0] - 1.0) > 0.01)[-1]] - 15.0)
     assert times[1] < times[0] + 0.3  # it starts 5 % higher, and comes down as fast
 

@@ -89,6 +89,8 @@ class SampledLaw:
         before and after them are never simplified together. Each has a symbol and an expression.
     crossing_result
         [z+; u] written with the symbols of `crossings`. By default it is written without them.
+    answers_missing
+        True if the law itself answers readings and references that are not finite, as by its `safe_command`.
 
     Raises
     ------
@@ -126,6 +128,7 @@ class SampledLaw:
     notes: tuple[str, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     crossing_result: ca.SX | None = None
+    answers_missing: bool = False
 
     WAYS: ClassVar = {"ClosedLoop": "take `loop.digital(period)`, whose law it is"}
 

@@ -5,21 +5,21 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
-from workbench.blocks.laws.predictive_ports import (
-    DISTURBANCE,
-    About,
-    all_finite,
-    column,
-    disturbance_port,
-    refuse_other_signals,
-    safe_inputs,
+from workbench.blocks.laws.linear_plan import (
+    about_period,
+    following_plan,
+    planned_inputs,
+    planned_states,
+    rest_beyond_limits,
+    rest_memory,
 )
-from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period, lqr_rows, rows_of_stage
+from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
+from workbench.blocks.laws.predictive_fallback import FORMS, WARM, Fallback, PeriodVerdict, finite_columns
+from workbench.blocks.laws.predictive_ports import About, disturbance_port, refuse_other_signals, safe_inputs
+from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, answer_of_period
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Matrix, Number, Vector
-from workbench.core.bounded_loop import bounded_loop
+from workbench.core.block import Matrix, Number, Vector, option
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import known_name, refusal, whole
@@ -81,12 +81,16 @@ class ModelPredictive(AbstractController):
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
-        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
+        y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d. A run
+        that asks for a rest beyond the limits is flagged, by the memory `rest_beyond_limits`.
     residual_bounds
         The bounds of the memory `residual`: a run that passes them is flagged among the warnings of the run.
     safe_command
-        Inputs (nu,) that the law gives in a period in which an estimate or a reference is not finite. Its memory then
-        keeps its values. None to leave such numbers to the run, which they end.
+        Inputs (nu,) for a period in which an estimate or a reference is not finite. None to leave such numbers to the
+        run, which they end.
+    fallback, residual_bound
+        What the law does in a bad period, and the bound of the residual beyond which a period is bad, None for no
+        bound: see `predictive_fallback`. The warnings of a run say that it had bad periods.
 
     References
     ----------
@@ -134,12 +138,15 @@ class ModelPredictive(AbstractController):
     y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0", is_derived=True)
     residual_bounds: Bounds = Bounds()
     safe_command: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
+    fallback: str = option(FORMS, default=WARM)
+    residual_bound: float | None = parameter(default=None, unit="1", low=0.0, strict=True, symbol="r_max")
 
     def __post_init__(self) -> None:
         whole("ModelPredictive(horizon=...)", self.horizon, least=1)
         whole("ModelPredictive(sweeps=...)", self.sweeps, least=1)
         for name in self.follow:
             known_name(name, self.states.names, "states that the law reads")
+        self._fallback.refuse_unfit("ModelPredictive")
 
     @staticmethod
     def of(
@@ -147,6 +154,8 @@ class ModelPredictive(AbstractController):
         design: object,
         follow: tuple[str, ...] = (),
         safe_command: Mapping[str, float] | None = None,
+        fallback: str = WARM,
+        residual_bound: float | None = None,
     ) -> ModelPredictive:
         """The law of a design for a plant, once in its period. It reads an estimate of each state.
 
@@ -161,6 +170,9 @@ class ModelPredictive(AbstractController):
             cart does at each position. A design with `offset_free` follows its outputs instead.
         safe_command
             Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
+        fallback, residual_bound
+            "warm", "safe_command", "last_good" or "cold", for a period in which such a number is not finite, or the
+            residual passes the bound.
 
         Raises
         ------
@@ -178,11 +190,11 @@ class ModelPredictive(AbstractController):
         refuse_other_signals("ModelPredictive.of(plant, design)", plant, names)
         if outputs and follow:
             raise refusal("ModelPredictive.of(follow=...)", f"left out, as the design follows {outputs}", follow)
-        ends, safe = (np.asarray(own["u0"]) + own[end][: plant.inputs.size] for end in ("low", "high")), None
-        if safe_command is not None:
-            safe = safe_inputs("ModelPredictive.of", plant.inputs, safe_command, *ends)
+        ends = (np.asarray(own["u0"]) + own[end][: plant.inputs.size] for end in ("low", "high"))
+        safe = safe_inputs("ModelPredictive.of", plant.inputs, safe_command, *ends)
         port = Layout(tuple(plant.outputs[name] for name in outputs))
-        law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port, safe_command=safe)
+        own |= {"safe_command": safe, "fallback": fallback, "residual_bound": residual_bound}
+        law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port)
         return law.run_every(period)
 
     # ports
@@ -214,50 +226,39 @@ class ModelPredictive(AbstractController):
     def memory(self) -> Layout:
         rows, bounds = self.horizon * self._counts[2], self.residual_bounds
         sent = (Entry("sent", np.zeros(self._waiting), ANY),) if self._waiting else ()
-        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, Entry("residual", np.zeros(()), "1", bounds)))
+        residual = Entry("residual", np.zeros(()), "1", bounds)
+        spare = *rest_memory(self), *self._fallback.memory(self.inputs.size, self.horizon)
+        return Layout((Entry("plan", np.zeros(rows), ANY), *sent, residual, *spare))
+
+    @property
+    def _fallback(self) -> Fallback:
+        """The fallback, with the safe command as a deviation from the rest."""
+        safe = None if self.safe_command is None else ca.SX(self.safe_command) - self.u0
+        return Fallback.of(self.fallback, safe, self.residual_bound)
 
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        about = self._about(z, est, ref)
-        return Signals(self.inputs.view(self.u0 + self._first_input(self._solve(z, about), about)))
+        about = about_period(self, z, est, ref)
+        return Signals(self.inputs.view(self.u0 + self._first_input(z, self._solve(z, about), about)))
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the next period about its LQR answer, the inputs on their way, and the residual."""
-        about, nc = self._about(z, est, ref), self._counts[2]
+        about = about_period(self, z, est, ref)
         answer = self._solve(z, about)
-        zeta = answer.zeta
-        e, at, push, valid = about
-        v, shifted = self._first_input(answer, about), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
-        after = self.A @ (e - at) + self.B @ (v - push)
-        rest = self.F @ at + self.E @ push
-
-        def about_lqr(none: ca.SX, row: ca.SX, Y: ca.SX, e: ca.SX, outside: ca.SX, rest: ca.SX) -> tuple[ca.SX, ...]:
-            return none, ca.if_else(outside, row - rows_of_stage(Y, e) - rest, 0.0)
-
-        constants = after, answer.outside, rest
-        _, plan = bounded_loop(self.horizon, about_lqr, ca.SX(0, 1), shifted, lqr_rows(self), constants=constants)
-        following = {"plan": ca.vec(plan), "residual": answer.residual}
-        if valid is not None:
-            following = {name: ca.if_else(valid, value, z[name]) for name, value in following.items()}
+        plan, after = following_plan(self, about, answer, self._first_input(z, answer, about))
+        parts = {"plan": plan}, {"residual": answer.residual}, planned_inputs(self, answer)
+        following = self._fallback.following(z, self._verdict(answer, about), *parts)
+        following |= rest_beyond_limits(self, about)
         if self._waiting:
-            following["sent"] = (after + at)[self.states.size :]
+            following["sent"] = after[self.states.size :]
         return following
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan: `predicted_t`, the times of its stages from now on, and the states and inputs at these stages."""
-        _, nu, nc = self._counts
-        about = self._about(z, est, ref)
-        answer = self._solve(z, about)
-        rows = ca.reshape(answer.zeta, nc, self.horizon)[:nu, :], answer.lqr[:nu, :]
-
-        def ahead(e: ca.SX, row: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-            v = ca.fmin(ca.fmax(ca.if_else(outside, row, lqr), self.low[:nu]), self.high[:nu])
-            after = self.A @ (e - about.at) + self.B @ (v - about.push) + about.at
-            return after, after, v
-
-        _, x, u = bounded_loop(self.horizon, ahead, about.e, *rows, constants=(answer.outside,))
-        states = self.states, ca.horzcat(about.e, x)[: self.states.size, :], self.x0
+        about = about_period(self, z, est, ref)
+        u = planned_inputs(self, self._solve(z, about))
+        states = self.states, planned_states(self, about, u)[: self.states.size, :], self.x0
         inputs = self.inputs, ca.horzcat(u, u[:, -1]), self.u0  # the last one is held
         return predicted_signals((states, inputs), self.period or 1.0)
 
@@ -265,33 +266,20 @@ class ModelPredictive(AbstractController):
     def signal_units(self) -> Mapping[str, str]:
         return predicted_units(self.states, self.inputs)
 
-    def _about(self, z: Parts, est: Reads, ref: Follows) -> About:
-        """The state, and the rest that is wanted; both at x0 where a number that is read is not finite."""
-        x, waiting = column(est, self.states), self._waiting
-        push = ca.SX.zeros(self.inputs.size)
-        wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
-        both = self.states.flatten(wanted) - self.x0
-        if self.target is not None:
-            both = ca.vertcat(est[DISTURBANCE], column(ref, self.outputs) - self.y0)
-        valid = None if self.safe_command is None else all_finite(ca.vertcat(x, both))
-        if valid is not None:
-            x = ca.if_else(valid, x, ca.SX(self.x0))
-            both = ca.if_else(valid, both, ca.SX.zeros(both.numel()))
-        at = ca.vertcat(both, ca.SX.zeros(waiting))
-        if self.target is not None:
-            both = self.target @ both
-            at, push = both[: self._counts[0]], both[self._counts[0] :]
-        e = x - self.x0
-        return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
+    def _first_input(self, z: Parts, answer: PeriodAnswer, about: About) -> ca.SX:
+        """The input of a period within its limits, and within those of its change from the input before."""
+        nu, last, lqr = self.inputs.size, about.e[-self.inputs.size :], answer.lqr[: self.inputs.size, 0]
 
-    def _first_input(self, answer: PeriodAnswer, about: About) -> ca.SX:
-        """The first input of the plan within its limits, and within those of its change from the input before."""
-        nu, last = self.inputs.size, about.e[-self.inputs.size :]
-        zeta = ca.if_else(answer.outside, answer.zeta[:nu], answer.lqr[:nu, 0])
-        v = ca.fmin(ca.fmax(zeta, self.low[:nu]), self.high[:nu])
-        if self.rates:
-            v = ca.fmin(ca.fmax(v, last + self.low[-nu:]), last + self.high[-nu:])
-        return v if about.valid is None else ca.if_else(about.valid, v, self.safe_command - self.u0)
+        def clip(v: ca.SX) -> ca.SX:
+            return ca.fmin(ca.fmax(v, self.low[:nu]), self.high[:nu])
+
+        v = clip(ca.if_else(answer.outside, answer.zeta[:nu], lqr))
+        v = self._fallback.chosen_input(z, self._verdict(answer, about), v, clip(lqr), clip)
+        return ca.fmin(ca.fmax(v, last + self.low[-nu:]), last + self.high[-nu:]) if self.rates else v
+
+    def _verdict(self, answer: PeriodAnswer, about: About) -> PeriodVerdict:
+        finite = finite_columns(ca.reshape(answer.zeta, -1, self.horizon))
+        return self._fallback.verdict(about.valid, finite, answer.residual)
 
     def _solve(self, z: Parts, about: About) -> PeriodAnswer:
         rest = self.F @ about.at + self.E @ about.push

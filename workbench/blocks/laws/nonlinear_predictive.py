@@ -6,22 +6,23 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.plan_checks import refuse_unfit_model, refuse_unfit_preview
-from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem
-from workbench.blocks.laws.plan_window import planned_signals
-from workbench.blocks.laws.plant_stages import PlantStages, limited_rows, signals_of
+from workbench.blocks.laws.plan_checks import refuse_unfit_plan
+from workbench.blocks.laws.plan_disturbances import disturbances_of, with_disturbances
+from workbench.blocks.laws.plan_iterations import LARGEST, NonlinearPlan, PeriodProblem, SolvedPeriod
+from workbench.blocks.laws.plan_targets import WINDOW, PlanTargets
+from workbench.blocks.laws.plant_stages import PlantStages
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
+from workbench.blocks.laws.predictive_fallback import FORMS, WARM, Fallback, PeriodVerdict
 from workbench.blocks.laws.predictive_ports import all_finite, column, refuse_other_signals, safe_inputs
+from workbench.blocks.laws.queued_stages import QueuedStages
 from workbench.blocks.laws.stagewise_sweeps import StageWeights
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.environment import AbstractReference
-from workbench.blocks.loop.wiring import call_block
-from workbench.blocks.signals.planned_reference import PlannedReference
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Matrix, Number, Vector
+from workbench.core.block import Matrix, Number, Vector, option
 from workbench.core.bounded_loop import bounded_loop
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import known_name, refusal, seconds, whole
+from workbench.core.validation.refusals import refusal, seconds, whole
 
 
 @block
@@ -34,8 +35,7 @@ class NonlinearPredictive(AbstractController):
 
     1. rolls the last plan, shifted by a stage, from the estimate on, with its gains, and linearises the plant along it;
     2. makes a fixed number of sweeps of the linearised problem, see `stagewise_sweeps`;
-    3. rolls the plant along shares of the step, with gains and limits, takes the one of least cost, and sends its first
-       input.
+    3. rolls the plant along shares of the step, with gains and limits, and sends the first input of the cheapest.
 
     Where no limit acts and the plant is linear, u = u0 - K (x - x0): the law is LQR with the cost P behind N stages.
     `NonlinearPredictive.of` makes the law of a design.
@@ -47,22 +47,26 @@ class NonlinearPredictive(AbstractController):
     Parameters
     ----------
     model
-        The plant as the law believes it to be. All its states are read, and all its inputs are driven.
+        The plant as the law believes it to be, or its `InputDisturbances`: all states are read, all inputs driven.
     horizon, period
         The number N of stages, and their length in s, with which a computer runs the law.
     sweeps, iterations, steps
-        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
-        stage.
+        Numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
     Q, R, P
-        Weights of a stage, (nx, nx) and (nu, nu), and of the end, (nx, nx).
+        Weights of a stage, (nx, nx) and (nu, nu), and of the end, (nz, nz).
     K
-        Gain (nu, nx) of the law behind the horizon, by which the plan grows by a stage.
+        Gain (nu, nz) of the law behind the horizon, by which the plan grows by a stage.
     low, high
         Limits of the inputs, (nu,), of size 1e30 where there is none.
     row_names
         Labels of states and outputs with soft limits.
     row_low, row_high, row_weight
         Their limits and weights, (nr,): a violation d costs row_weight d^2 in a stage. None without such limits.
+    rate_low, rate_high
+        Limits of the change of each input in a period, (nu,), None without.
+    delay
+        The number of periods until an input acts. Behind the nx states of the model stand, in nz states, the inputs on
+        their way, oldest first; with limits of changes without a delay, the inputs before.
     x0, u0
         The rest, in the units of the plant.
     follow
@@ -71,9 +75,11 @@ class NonlinearPredictive(AbstractController):
         A reference of states and inputs by name, such as a `PlannedReference`, that the plan follows stage by stage in
         the place of the rest. The loop must have the same reference. Signals that the plant has not are left out.
     safe_command
-        Inputs (nu,) that the law gives in a period in which a number that it reads is not finite; its plan then waits.
-        It also gives them where no plan has a finite cost, and plans anew. None to leave such numbers to the run, which
-        they end.
+        Inputs (nu,) for a period in which a number that the law reads is not finite, or no plan has a finite cost. None
+        to leave such numbers to the run, which they end.
+    fallback, residual_bound
+        "warm", "safe_command", "last_good" or "cold", for what the law does in a period in which such a number is not
+        finite or the residual passes its bound: see `predictive_fallback`. A run with such a period is flagged.
 
     References
     ----------
@@ -95,8 +101,8 @@ class NonlinearPredictive(AbstractController):
     horizon: int
     Q: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
     R: Matrix = parameter(unit=ANY, shape=("nu", "nu"))
-    P: Matrix = parameter(unit=ANY, shape=("nx", "nx"))
-    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
+    P: Matrix = parameter(unit=ANY, shape=("nz", "nz"))
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nz"))
     low: Vector = parameter(unit=ANY, shape=("nu",))
     high: Vector = parameter(unit=ANY, shape=("nu",))
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
@@ -106,24 +112,26 @@ class NonlinearPredictive(AbstractController):
     row_low: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_high: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
     row_weight: Vector | None = parameter(default=None, unit=ANY, shape=("nr",))
+    rate_low: Vector | None = parameter(default=None, unit=ANY, shape=("nu",))
+    rate_high: Vector | None = parameter(default=None, unit=ANY, shape=("nu",))
+    delay: int = 0
     sweeps: int = 3
     iterations: int = 1
     steps: int = 1
     follow: tuple[str, ...] = ()
     preview: AbstractReference | None = None
     safe_command: Vector | None = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_safe")
+    fallback: str = option(FORMS, default=WARM)
+    residual_bound: float | None = parameter(default=None, unit=ANY, low=0.0, strict=True, symbol="r_max")
 
     def __post_init__(self) -> None:
         for name in ("horizon", "sweeps", "iterations", "steps"):
             whole(f"NonlinearPredictive({name}=...)", getattr(self, name), least=1)
+        whole("NonlinearPredictive(delay=...)", self.delay, least=0)
         seconds("NonlinearPredictive(period=...)", self.period)
-        refuse_unfit_model("NonlinearPredictive", self.model)
-        for name in self.follow:
-            known_name(name, self.model.states.names, "states of the model")
-        for name in self.row_names:
-            known_name(name, signals_of(self.model).labels, "states and outputs of the model")
-        if self.preview is not None:
-            refuse_unfit_preview("NonlinearPredictive", self.model, self.preview, self.follow)
+        names = self.follow, self.row_names
+        refuse_unfit_plan("NonlinearPredictive", self.model, *names, self.preview)
+        self._fallback.refuse_unfit("NonlinearPredictive")
 
     @staticmethod
     def of(
@@ -132,6 +140,8 @@ class NonlinearPredictive(AbstractController):
         follow: tuple[str, ...] = (),
         preview: AbstractReference | None = None,
         safe_command: Mapping[str, float] | None = None,
+        fallback: str = WARM,
+        residual_bound: float | None = None,
     ) -> NonlinearPredictive:
         """The law of a design for a plant, once in its period. It reads an estimate of each state.
 
@@ -141,8 +151,8 @@ class NonlinearPredictive(AbstractController):
             The plant, which is the model of the law.
         design
             The result of `nonlinear_predictive_design` for the linearised plant.
-        follow, preview
-            As of the class; one of them alone.
+        follow, preview, fallback, residual_bound
+            As of the class; a reference is followed or previewed.
         safe_command
             Inputs by name, within their limits, for a period in which a number that the law reads is not finite.
 
@@ -158,11 +168,12 @@ class NonlinearPredictive(AbstractController):
         if not isinstance(own, dict) or "row_weight" not in own:
             raise refusal("NonlinearPredictive.of(design=...)", "the result of `nonlinear_predictive_design`", design)
         own = dict(own)
-        refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"))
-        ends, safe = (np.asarray(own[end], dtype=float) for end in ("low", "high")), None
-        if safe_command is not None:
-            safe = safe_inputs("NonlinearPredictive.of", plant.inputs, safe_command, *ends)
-        return NonlinearPredictive(plant, **own, follow=follow, preview=preview, safe_command=safe)
+        refuse_other_signals("NonlinearPredictive.of(plant, design)", plant, own.pop("names"), disturbances_of(plant))
+        ends = (np.asarray(own[end], dtype=float) for end in ("low", "high"))
+        safe = safe_inputs("NonlinearPredictive.of", plant.inputs, safe_command, *ends)
+        own |= {"safe_command": safe, "fallback": fallback, "residual_bound": residual_bound}
+        own |= with_disturbances(own, plant)
+        return NonlinearPredictive(plant, **own, follow=follow, preview=preview)
 
     # ports
 
@@ -183,7 +194,13 @@ class NonlinearPredictive(AbstractController):
 
     @property
     def _counts(self) -> tuple[int, int, int]:
-        return self.model.states.size, self.model.inputs.size, self.horizon
+        """The numbers of states, with the last inputs, of inputs, and of stages."""
+        return self.model.states.size + self._waiting, self.model.inputs.size, self.horizon
+
+    @property
+    def _waiting(self) -> int:
+        """The number of entries of the last inputs."""
+        return max(self.delay, 0 if self.rate_low is None else 1) * self.model.inputs.size
 
     @property
     def memory(self) -> Layout:
@@ -192,60 +209,53 @@ class NonlinearPredictive(AbstractController):
         sizes = {"plan_x": nx * N, "plan_u": nu * N, "clamps": nu * N, "gains": nu * nx * N}
         plan = [Entry(name, np.zeros(size), ANY) for name, size in sizes.items()]
         worth = [Entry(name, np.zeros(()), ANY) for name in ("residual", "cost", "share")]
-        if isinstance(self.preview, PlannedReference):  # each of its pieces costs at each evaluation
-            t = ca.SX.sym("t")
-            at = ca.Function("at", [t], [self._previewed(t)])
-            first = np.hstack([np.array(at(k * self.period)) for k in range(N + 1)])
-            worth.append(Entry("window", first.ravel(order="F"), ANY))
-        return Layout((*plan, *worth))
+        sent = [Entry("sent", np.zeros(self._waiting), ANY)] if self._waiting else []
+        spare = *sent, *self._fallback.memory(nu, N)
+        return Layout((*plan, *worth, *spare, *self._targets.memory(N)))
 
     # equations
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        plan, u = self._solve(t, z, est, ref), self.model.inputs
-        first = plan.u[:, 0] + self.u0
-        if self.safe_command is not None:
-            usable = ca.logic_and(self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST)
-            first = ca.if_else(usable, first, ca.SX(self.safe_command))
-        return Signals(u.view(first))
+        return Signals(self.model.inputs.view(self._sent(z, self._solve(t, z, est, ref))))
+
+    def _sent(self, z: Parts, one: SolvedPeriod) -> ca.SX:
+        u = self._fallback.chosen_input(z, self._verdict(one), one.input, one.behind_horizon, one.clip)
+        return u if self.rate_low is None else one.clip(u)
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan shifted by a stage, which the law behind the horizon adds, and what the plan was worth."""
-        N, plan = self.horizon, self._solve(t, z, est, ref)
-        r, s = self._problem(t, z, ref).end_target
-        last = self._weights.clip(s - self.K @ (plan.end - r))
-        following = {
-            "plan_x": ca.vec(ca.horzcat(plan.x[:, 1:], plan.end - self.x0)),
-            "plan_u": ca.vec(ca.horzcat(plan.u[:, 1:], last - self.u0)),
-            "clamps": ca.vec(ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel()))),
-            "gains": ca.vec(ca.horzcat(plan.gains[:, 1:], ca.vec(ca.SX(self.K)))),
-            "residual": plan.residual,
-            "cost": plan.cost,
-            "share": plan.share,
-        }
-        if self.safe_command is not None:
-            usable, worth = self._usable(est, ref), ca.fabs(plan.cost) <= LARGEST
-            following = {
-                name: ca.if_else(usable, ca.if_else(worth, part, 0.0), z[name]) for name, part in following.items()
-            }
-        if "window" in z:
-            newest = self._previewed(t + (N + 1) * self.period)
-            following["window"] = ca.vertcat(z["window"][newest.numel() :], newest)
+        one = self._solve(t, z, est, ref)
+        plan, inputs = one.plan, one.plan.u + ca.repmat(ca.SX(self.u0), 1, self.horizon)
+        worth = {"residual": plan.residual, "cost": plan.cost, "share": plan.share}
+        following = self._fallback.following(z, self._verdict(one), one.next_plan, worth, inputs)
+        if self._waiting:
+            following["sent"] = ca.vertcat(z["sent"], self._sent(z, one) - self.u0)[inputs.shape[0] :]
+        if WINDOW in z:
+            following[WINDOW] = self._targets.next_window(t, z[WINDOW], self.horizon)
         return following
 
     @property
-    def _weights(self) -> StageWeights:
-        names = ("Q", "R", "P", "low", "high", "row_low", "row_high", "row_weight")
-        none = ca.SX(0, 1)
-        return StageWeights(*(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
+    def _fallback(self) -> Fallback:
+        return Fallback.of(self.fallback, self.safe_command, self.residual_bound)
 
-    def _usable(self, est: Reads, ref: Follows) -> ca.SX:
-        return all_finite(ca.vertcat(column(est, self.reads), column(ref, self.follows)))
+    def _verdict(self, one: SolvedPeriod) -> PeriodVerdict:
+        return self._fallback.verdict(one.readable, ca.fabs(one.plan.cost) <= LARGEST, one.plan.residual)
+
+    @property
+    def _targets(self) -> PlanTargets:
+        rest, last = (self.x0, self.u0), self._waiting // self.model.inputs.size
+        return PlanTargets(self.model, rest, self.follows, self.preview, self.period, self.delay, last)
+
+    @property
+    def _weights(self) -> StageWeights:
+        names = ("R", "P", "low", "high", "row_low", "row_high", "row_weight", "rate_low", "rate_high")
+        none, Q = ca.SX(0, 1), ca.diagcat(ca.SX(self.Q), ca.SX.zeros(self._waiting, self._waiting))
+        return StageWeights(Q, *(none if getattr(self, n) is None else ca.SX(getattr(self, n)) for n in names))
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the period before from now on: `predicted_t`, and the states and inputs at these times."""
         (nx, nu, N), model = self._counts, self.model
-        states = model.states, ca.reshape(z["plan_x"], nx, N), self.x0
+        states = model.states, ca.reshape(z["plan_x"], nx, N)[: model.states.size, :], self.x0
         inputs = model.inputs, ca.reshape(z["plan_u"], nu, N), self.u0
         return predicted_signals((states, inputs), self.period)
 
@@ -253,38 +263,33 @@ class NonlinearPredictive(AbstractController):
     def signal_units(self) -> Mapping[str, str]:
         return predicted_units(self.model.states, self.model.inputs)
 
-    def _previewed(self, t: ca.SX) -> ca.SX:
-        """The signals of the previewed reference at a time, as a column."""
-        assert self.preview is not None
-        if isinstance(self.preview, PlannedReference):
-            return planned_signals(self.preview, t)
-        signals = call_block(self.preview, "at", self.preview.gives, t)
-        return ca.densify(self.follows.flatten({name: signals[name] for name in self.follows.names}))
-
     def _problem(self, t: ca.SX, z: Parts, ref: Follows) -> PeriodProblem:
         """The problem of a period."""
-        states, inputs, N = self.model.states, self.model.inputs, self.horizon
-        window = ca.reshape(z["window"], -1, N + 1) if "window" in z else ca.SX(0, N + 1)
+        nx, nu, N = self.model.states.size, self.model.inputs.size, self.horizon
+        targets, u0 = self._targets, ca.SX(self.u0)
 
         def target(k: ca.SX, own: ca.SX) -> tuple[ca.SX, ca.SX]:
-            wanted = {name: ref[name] for name in self.follow}
-            if self.preview is not None:
-                wanted = self.follows.view(own if own.numel() else self._previewed(t + k * self.period))
-            r, s = states.view(ca.SX(self.x0)), inputs.view(ca.SX(self.u0))
-            r.update({name: part for name, part in wanted.items() if name in states})
-            s.update({name: part for name, part in wanted.items() if name in inputs})
-            return ca.densify(states.flatten(r)), ca.densify(inputs.flatten(s))
+            return targets.at(t + k * self.period, own, ref)
 
-        rest = ca.SX(self.x0), ca.SX(self.u0), ca.SX(self.K)
-        stages = PlantStages(self.model, self.period, self.steps)
-        rows = partial(limited_rows, self.model, self.row_names)
-        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, rows)
+        rest = ca.vertcat(ca.SX(self.x0), *[u0] * (self._waiting // nu)), u0, ca.SX(self.K)
+        stages = QueuedStages(PlantStages(self.model, self.period, self.steps), nx, self._waiting, self.delay > 0)
+        rows = partial(stages.rows, self.row_names)
+        window = ca.reshape(z[WINDOW], -1, N + 1) if WINDOW in z else ca.SX(0, N + 1)
+        d = slice(nx - disturbances_of(self.model).size, nx)
+        return PeriodProblem(stages, self._weights, *rest, N, self.sweeps, t, target, window, rows, d)
 
-    def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> NonlinearPlan:
-        """The plan of a period."""
+    def _solve(self, t: ca.SX, z: Parts, est: Reads, ref: Follows) -> SolvedPeriod:
+        """The plan of a period; one from the rest where a number that the law reads is not finite."""
         nx, nu, N = self._counts
+        begin, readable = ca.densify(column(est, self.model.states)), None
+        if self.safe_command is not None:
+            readable = all_finite(ca.vertcat(begin, column(ref, self.follows)))
+            begin = ca.if_else(readable, begin, ca.SX(self.x0))
+            rest = self.model.states.view(ca.SX(self.x0)) | self.model.inputs.view(ca.SX(self.u0))
+            ref = Signals({name: ca.if_else(readable, ref[name], rest[name]) for name in self.follows.names})
+        if self._waiting:
+            begin = ca.vertcat(begin, z["sent"] + ca.repmat(ca.SX(self.u0), self._waiting // nu, 1))
         x, u = ca.reshape(z["plan_x"], nx, N), ca.reshape(z["plan_u"], nu, N)
-        begin = ca.densify(column(est, self.model.states))
         parts = ca.reshape(z["clamps"], nu, N), ca.reshape(z["gains"], nu * nx, N), begin, *[ca.SX(0.0)] * 3
         problem, last = self._problem(t, z, ref), NonlinearPlan(x, u, *parts)
 
@@ -292,4 +297,4 @@ class NonlinearPredictive(AbstractController):
             return (problem.iterate(begin, NonlinearPlan.of(numbers, N, nx, nu)).column,)
 
         (numbers,) = bounded_loop(self.iterations, iteration, last.column, constants=(begin,))
-        return NonlinearPlan.of(numbers, N, nx, nu)
+        return SolvedPeriod(problem, begin, NonlinearPlan.of(numbers, N, nx, nu), readable)

@@ -4,9 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.blocks.laws.plant_stages import signals_of
 from workbench.blocks.loop.contracts import AbstractPlant, is_recursion
 from workbench.blocks.loop.environment import AbstractReference
 from workbench.core.validation.refusals import known_name
+
+
+def refuse_unfit_plan(
+    call: str,
+    model: AbstractPlant,
+    follow: tuple[str, ...],
+    row_names: tuple[str, ...],
+    preview: AbstractReference | None,
+) -> None:
+    """Refuse an unfit model, names that it has not, and an unfit preview."""
+    refuse_unfit_model(call, model)
+    for name in follow:
+        known_name(name, model.states.names, "states of the model")
+    for name in row_names:
+        known_name(name, signals_of(model).labels, "states and outputs of the model")
+    if preview is not None:
+        refuse_unfit_preview(call, model, preview, follow)
 
 
 def refuse_unfit_model(call: str, model: AbstractPlant) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.blocks.laws.plant_stages import PlantStages
+from workbench.blocks.laws.queued_stages import QueuedStages
 from workbench.blocks.laws.stagewise_sweeps import (
     Iterate,
     StageRows,
@@ -67,7 +67,7 @@ class PeriodProblem:
     Parameters
     ----------
     stages, weights
-        The plant over a period, and weights and limits.
+        The plant over a period, with the inputs on their way as states, and weights and limits.
     x0, u0
         The rest.
     feedback
@@ -82,9 +82,11 @@ class PeriodProblem:
         The signals of a previewed reference at the stages 0 ... N, (m, N + 1); m = 0 without them.
     rows
         The softly limited signals (nr, 1) at a time and states.
+    disturbances
+        The places of the disturbances of the inputs among the states.
     """
 
-    stages: PlantStages
+    stages: QueuedStages
     weights: StageWeights
     x0: ca.SX
     u0: ca.SX
@@ -95,6 +97,17 @@ class PeriodProblem:
     target: Callable[[ca.SX, ca.SX], tuple[ca.SX, ca.SX]]
     window: ca.SX
     rows: Callable[[ca.SX, ca.SX], ca.SX]
+    disturbances: slice
+
+    def wanted_at(self, k: ca.SX, own: ca.SX, x: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """The wanted states and inputs of a stage, where the inputs cancel the disturbances in the states x."""
+        r, s = self.target(k, own)
+        d = x[self.disturbances]
+        if not d.numel():
+            return r, s
+        nq = x.numel() - self.disturbances.stop
+        shift = ca.vertcat(ca.SX.zeros(self.disturbances.stop, 1), ca.repmat(d, nq // d.numel(), 1))
+        return r - shift, s - d
 
     def iterate(self, begin: ca.SX, last: NonlinearPlan) -> NonlinearPlan:
         """The plan after one linearisation about the last one, from the state `begin` on."""
@@ -109,10 +122,9 @@ class PeriodProblem:
         distance = self.weights.high - self.weights.low
         return ca.if_else(distance < NO_LIMIT, distance, 1.0)
 
-    @property
-    def end_target(self) -> tuple[ca.SX, ca.SX]:
-        """The wanted states and inputs behind the last stage."""
-        return self.target(ca.SX(self.horizon), self.window[:, -1])
+    def end_target(self, x: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """The wanted states and inputs behind the last stage, at states x with the same disturbances."""
+        return self.wanted_at(ca.SX(self.horizon), self.window[:, -1], x)
 
     def _time(self, k: ca.SX) -> ca.SX:
         return self.t + k * self.stages.period
@@ -123,15 +135,15 @@ class PeriodProblem:
 
         def stage(c: ca.SX, x: ca.SX, u: ca.SX, gains: ca.SX, *wanted: ca.SX) -> tuple[ca.SX, ...]:
             now, k = c[:nx], c[nx]
-            own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x))
+            own = self.weights.clip(self.u0 + u - ca.reshape(gains, nu, nx) @ (now - self.x0 - x), now)
             after, A, B = self.stages.after_with_slopes(self._time(k), now, own)
-            r, s = self.target(k, wanted[0] if wanted else ca.SX(0, 1))
+            r, s = self.wanted_at(k, wanted[0] if wanted else ca.SX(0, 1), now)
             y, C = jacobian(lambda v: self.rows(self._time(k), v), now)
             return ca.vertcat(after, k + 1), ca.veccat(now, own, A, B, r, s, y, C)
 
         rows = [last.x, last.u, last.gains, *([self.window[:, :-1]] if self.window.numel() else [])]
         end, columns = bounded_loop(self.horizon, stage, ca.vertcat(begin, 0.0), *rows)
-        return StageRows(columns, end[:nx] - self.end_target[0])
+        return StageRows(columns, end[:nx] - self.end_target(begin)[0])
 
     def _roll(self, begin: ca.SX, way: Iterate, rows: StageRows) -> NonlinearPlan:
         """The plant along shares of the way, and under the law behind the horizon; the candidate of least cost."""
@@ -148,7 +160,7 @@ class PeriodProblem:
 
         first = ca.vertcat(*(ca.vertcat(begin, 0.0) for _ in trials), 0.0)
         ends, results = bounded_loop(N, stage, first, ca.vertcat(way.e, way.v), way.gains, rows.columns)
-        target, parts = self.end_target[0], ca.vertsplit(ends[:-1], nx + 1)
+        target, parts = self.end_target(begin)[0], ca.vertsplit(ends[:-1], nx + 1)
         costs = [part[nx] + self.weights.end_cost(part[:nx] - target) for part in parts]
         flags = better_flags(costs)
 
@@ -170,7 +182,46 @@ class PeriodProblem:
         wanted = u + share * (v - u) - K @ (now - x - share * e)
         if share == ALONE:
             wanted, gains = s - self.feedback @ (now - r), ca.vec(self.feedback)
-        taken = self.weights.clip(wanted)
+        taken = self.weights.clip(wanted, now)
         cost = cost + self.weights.stage_cost(now - r, taken - s, self.rows(self._time(k), now))
         after = self.stages.after(self._time(k), now, taken)
         return ca.vertcat(after, cost), ca.vertcat(now - self.x0, taken - self.u0, gains)
+
+
+@dataclass(frozen=True)
+class SolvedPeriod:
+    """A problem, the state (nx, 1) from which it was solved, its plan, and 1 if all that the law reads is finite."""
+
+    problem: PeriodProblem
+    begin: ca.SX
+    plan: NonlinearPlan
+    readable: ca.SX | None
+
+    @property
+    def input(self) -> ca.SX:
+        """The first input of the plan, (nu, 1)."""
+        return self.plan.u[:, 0] + self.problem.u0
+
+    def clip(self, u: ca.SX) -> ca.SX:
+        """An input (nu, 1) within the limits of the period."""
+        return self.problem.weights.clip(u, self.begin)
+
+    @property
+    def behind_horizon(self) -> ca.SX:
+        """The input of the law behind the horizon at the present state, (nu, 1)."""
+        own = self.problem
+        r, s = own.wanted_at(ca.SX(0.0), own.window[:, 0], self.begin)
+        return self.clip(s - own.feedback @ (self.begin - r))
+
+    @property
+    def next_plan(self) -> dict[str, ca.SX]:
+        """The plan for the next period, to which the law behind the horizon adds a stage."""
+        own, plan = self.problem, self.plan
+        r, s = own.end_target(plan.end)
+        last = own.weights.clip(s - own.feedback @ (plan.end - r), plan.end)
+        return {
+            "plan_x": ca.horzcat(plan.x[:, 1:], plan.end - own.x0),
+            "plan_u": ca.horzcat(plan.u[:, 1:], last - own.u0),
+            "clamps": ca.horzcat(plan.clamps[:, 1:], ca.SX.zeros(last.numel())),
+            "gains": ca.horzcat(plan.gains[:, 1:], ca.vec(own.feedback)),
+        }

@@ -15,6 +15,7 @@ from workbench.core.validation.refusals import Array, finite, known_name
 
 DISTURBANCE = "d"
 LARGEST = 1e300
+NO_SIGNALS = Layout()
 
 
 def disturbance_port(count: int) -> Layout:
@@ -34,9 +35,12 @@ def all_finite(numbers: ca.SX) -> ca.SX:
     return count == numbers.numel()
 
 
-def refuse_other_signals(call: str, plant: AbstractPlant, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
-    """Refuse a design for other states or inputs than the plant's."""
-    for port, own in zip((plant.states, plant.inputs), names, strict=True):
+def refuse_other_signals(
+    call: str, plant: AbstractPlant, names: tuple[tuple[str, ...], tuple[str, ...]], beside: Layout = NO_SIGNALS
+) -> None:
+    """Refuse a design for other states or inputs than the plant's, but for states `beside` them."""
+    states = Layout(tuple(entry for entry in plant.states.entries if entry.name not in beside))
+    for port, own in zip((states, plant.inputs), names, strict=True):
         if port.labels != own:
             raise ValueError(
                 f"`{call}` must get a design for the plant's own signals, {', '.join(port.labels)}; it is for "
@@ -44,8 +48,10 @@ def refuse_other_signals(call: str, plant: AbstractPlant, names: tuple[tuple[str
             )
 
 
-def safe_inputs(call: str, port: Layout, safe: Mapping[str, float], low: Array, high: Array) -> Array:
+def safe_inputs(call: str, port: Layout, safe: Mapping[str, float] | None, low: Array, high: Array) -> Array | None:
     """The safe command (nu,) of inputs by name; one that is missing or passes a limit (nu,) is refused."""
+    if safe is None:
+        return None
     for name in safe:
         known_name(name, port.labels, "inputs of the plant")
     if missing := [name for name in port.labels if name not in safe]:

@@ -4,10 +4,12 @@ r"""Sweeps of a linear-quadratic problem over stages, with limits on inputs and 
               + |x_N + e_N - r_N|_P^2
     where     e_{k+1} = A_k e_k + B_k (v_k - u_k),   e_0 = 0,   low <= v_k <= high,
 
-and d is the distance of a row from its limits. A sweep is one step of Newton's method on the set of active limits, by a
-Riccati recursion: inputs that the last sweep left at a limit are held there, and rows that it left outside have their
-weight. The pass forward clips each input, and those after it answer by their gains. Of some shares of the step the
-one of least cost is taken, so that no sweep raises the cost by more than its smallest share does.
+and d is the distance of a row from its limits. The change of an input can have limits, too: the last nu states are then
+the inputs before, and low and high are the nearer of both limits. A sweep is one step of Newton's method on the set of
+active limits, by a Riccati recursion: inputs that the last sweep left at a limit are held there, at the limit of a
+change they move with the input before, and rows that it left outside have their weight. The pass forward clips each
+input, and those after it answer by their gains. Of some shares of the step the one of least cost is taken, so that no
+sweep raises the cost by more than its smallest share does.
 
 Once the active set is the optimum's, one sweep is exact. References: Tassa, Mansard and Todorov (2014), Control-limited
 differential dynamic programming, ICRA; Hintermueller, Ito and Kunisch (2002), The primal-dual active set strategy as a
@@ -16,7 +18,7 @@ semismooth Newton method, SIAM Journal on Optimization 13.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate
 
 import casadi as ca
@@ -39,15 +41,43 @@ class StageWeights:
     row_low: ca.SX
     row_high: ca.SX
     row_weight: ca.SX
+    rate_low: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    rate_high: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+
+    @property
+    def has_rates(self) -> bool:
+        """True if the change of each input is limited. The last states are the inputs before, then."""
+        return self.rate_low.numel() > 0
 
     @property
     def sizes(self) -> tuple[int, int, int]:
         """The numbers of states, inputs and rows."""
         return self.Q.shape[0], self.R.shape[0], self.row_low.numel()
 
-    def clip(self, u: ca.SX) -> ca.SX:
-        """The inputs within their limits."""
-        return ca.fmin(ca.fmax(u, self.low), self.high)
+    def before(self, x: ca.SX) -> ca.SX:
+        """The inputs (nu, 1) before, of states x (nx, 1), if their changes are limited."""
+        return x[x.numel() - self.rate_low.numel() :]
+
+    def clip(self, u: ca.SX, x: ca.SX) -> ca.SX:
+        """The inputs within their limits, and within those of their change at states x (nx, 1)."""
+        if not self.has_rates:
+            return ca.fmin(ca.fmax(u, self.low), self.high)
+        least, most = self.before(x) + self.rate_low, self.before(x) + self.rate_high
+        return ca.fmin(ca.fmax(u, ca.fmax(self.low, least)), ca.fmin(self.high, most))
+
+    def clamps(self, aim: ca.SX, inside: ca.SX, x: ca.SX) -> ca.SX:
+        """0 for free inputs, 1 for those at their limit, and 2 for those at the limit of their change at states x."""
+        at_limit = ca.if_else(aim == inside, 0.0, 1.0)
+        if not self.has_rates:
+            return at_limit
+        above = ca.logic_and(aim > inside, self.before(x) + self.rate_high < self.high)
+        below = ca.logic_and(aim < inside, self.before(x) + self.rate_low > self.low)
+        return at_limit + ca.logic_or(above, below)
+
+    def rate_map(self, clamps: ca.SX) -> ca.SX:
+        """The map (nu, nx) from states to inputs whose change is at a limit, which move with the inputs before."""
+        nx, nu, _ = self.sizes
+        return ca.horzcat(ca.SX.zeros(nu, nx - nu), ca.diag(ca.if_else(clamps == 2, 1.0, 0.0)))
 
     def beyond(self, y: ca.SX) -> ca.SX:
         """The signed distance of rows from their limits, zero within."""
@@ -169,17 +199,36 @@ def _stage_gains(weights: StageWeights, c: ca.SX, own: ca.SX, stage: tuple[ca.SX
     PA, PB = P @ A, P @ B
     H, G = weights.R + B.T @ PB, B.T @ PA
     h = weights.R @ (v - s) + B.T @ p
-    free = 1 - clamps
-    masked = H * (free @ free.T) + ca.diag(clamps)
-    answer = solve_definite(masked, ca.horzcat(G, h) * ca.repmat(free, 1, nx + 1))
-    K, k = answer[:, :nx], answer[:, nx]
+    if weights.has_rates:
+        K, k = _gains_with_rates(weights, clamps, H, G, h)
+    else:
+        K, k = _gains(1 - clamps, clamps, H, G, h)
     W, q = weights.Q, weights.Q @ (x + e - r)
     if nr:
         distance = weights.beyond(y + C @ e)
         W = W + C.T @ (C * ca.repmat(ca.if_else(distance == 0, 0.0, weights.row_weight), 1, nx))
         q = q + C.T @ (weights.row_weight * distance)
-    before = ca.triu2symm(ca.triu(ca.densify(W + A.T @ PA - G.T @ K)))
-    return ca.vertcat(ca.vec(before), q + A.T @ p - G.T @ k), ca.veccat(K, k, H, G, h)
+    W, q = W + A.T @ PA - G.T @ K, q + A.T @ p - G.T @ k
+    if weights.has_rates:  # of inputs that are held at a limit that moves
+        moving = weights.rate_map(clamps)
+        W, q = W - moving.T @ (H @ K - G), q - moving.T @ (H @ k - h)
+    before = ca.triu2symm(ca.triu(ca.densify(W)))
+    return ca.vertcat(ca.vec(before), q), ca.veccat(K, k, H, G, h)
+
+
+def _gains(free: ca.SX, bound: ca.SX, H: ca.SX, G: ca.SX, h: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """K and k of the free inputs; zero for the others."""
+    nx = G.shape[1]
+    masked = H * (free @ free.T) + ca.diag(bound)
+    answer = solve_definite(masked, ca.horzcat(G, h) * ca.repmat(free, 1, nx + 1))
+    return answer[:, :nx], answer[:, nx]
+
+
+def _gains_with_rates(weights: StageWeights, clamps: ca.SX, H: ca.SX, G: ca.SX, h: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """K and k, where inputs whose change is at a limit move with the inputs before."""
+    moving, bound = weights.rate_map(clamps), ca.if_else(clamps == 0, 0.0, 1.0)
+    K, k = _gains(1 - bound, bound, H, G + H @ moving, h)
+    return K - moving, k
 
 
 def _stage_trial(
@@ -196,11 +245,11 @@ def _stage_trial(
     slope = share * h + H @ move + G @ change  # zero for free inputs
     diagonal = ca.vertcat(*(H[i, i] for i in range(nu)))
     wanted = v + move - slope / diagonal
-    taken = weights.clip(wanted)
+    taken = weights.clip(wanted, x + new)
     rows = y + C @ new if nr else y
     cost = cost + weights.stage_cost(x + new - r, taken - s, rows)
     following = A @ new + B @ (taken - u)
-    return ca.vertcat(following, cost), ca.vertcat(new, taken, ca.if_else(wanted == taken, 0.0, 1.0))
+    return ca.vertcat(following, cost), ca.vertcat(new, taken, weights.clamps(wanted, taken, x + new))
 
 
 def better_flags(costs: list[ca.SX]) -> ca.SX:

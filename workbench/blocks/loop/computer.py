@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
@@ -18,6 +19,8 @@ from workbench.blocks.loop.wiring import Blocks
 from workbench.core import Entry, Layout, Signals
 from workbench.core.crossing import Crossing
 from workbench.core.validation.refusals import MOST
+
+LARGEST = float(np.finfo(float).max)
 
 
 def periods_of(block: AbstractMember, period: float) -> int:
@@ -44,6 +47,21 @@ def held_signals(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout
         + (inputs.with_prefix("hold.") if commands else Layout())
         + (estimates.with_prefix("hold.") if every["observer"] > 1 else Layout())
     )
+
+
+def kept_estimates(loop: Blocks, every: Mapping[str, int]) -> Layout:
+    """The estimates whose record keeps the last finite number, as the law answers others by its safe command.
+
+    A run ends at a state that is not finite, and a record is a state.
+    """
+    if every["observer"] > 1 or not answers_missing(loop):
+        return Layout()
+    return Layout(tuple(Entry(f"hold.{e.name}_hat", e.default, e.unit) for e in loop.observer.gives.entries))
+
+
+def answers_missing(loop: Blocks) -> bool:
+    """True if the law of a loop has a safe command for numbers that are not finite."""
+    return getattr(loop.controller, "safe_command", None) is not None
 
 
 def units_of(loop: Blocks) -> dict[str, str]:
@@ -136,7 +154,10 @@ class Computer:
         plant = plant | wiring.call_block(
             own, "update_sampled_states", own.sampled_states, k * self.period, plant, acts
         )
-        return wiring.prefix_names({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
+        states = answer.states()
+        for name in kept_estimates(self.loop, self.every).names:
+            states[name] = ca.if_else(ca.fabs(states[name]) <= LARGEST, states[name], x[name])
+        return wiring.prefix_names({"plant": plant, "instruments": drifts}) | states, (*crossings, made)
 
     def reference(self, k: ca.SX) -> Crossing:
         """The signals that the law follows at t_k, as the reference says them."""

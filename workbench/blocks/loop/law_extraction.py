@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
-from workbench.blocks.loop.computer import Computer, ComputerSignals, held_signals, periods_of
+from workbench.blocks.loop.computer import Computer, ComputerSignals, answers_missing, held_signals, periods_of
 from workbench.blocks.loop.environment import AbstractInstruments, NoReference
 from workbench.blocks.loop.injected_signals import InjectedSignals
 from workbench.blocks.loop.wiring import SOCKETS, Blocks
@@ -32,8 +32,7 @@ def extract_law(
 ) -> SampledLaw:
     """The law of a loop, see `SampledSystem.law`."""
     built_in = one_of("law(reference=...)", reference, ("input", "built in")) == "built in"
-    readings = _readings(loop, truths)
-    every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
+    readings, every = _readings(loop, truths), {one: periods_of(getattr(loop, one), period) for one in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
     states = wiring.memory(loop) + held_signals(loop, every, queue)
     wanted = Layout() if built_in else loop.controller.follows
@@ -70,6 +69,7 @@ def extract_law(
         (*wiring.notes(loop), *_note_of(truths)),
         crossings,
         new,
+        answers_missing(loop),
     )
 
 

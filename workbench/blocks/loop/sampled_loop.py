@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
-from workbench.blocks.loop.computer import Computer, held_signals, periods_of, units_of
+from workbench.blocks.loop.computer import Computer, held_signals, kept_estimates, periods_of, units_of
 from workbench.blocks.loop.contracts import AbstractMember, is_recursion
 from workbench.blocks.loop.environment import AbstractInstruments
 from workbench.blocks.loop.injected_signals import InjectedSignals, refuse_inputs_of_recursion
@@ -41,7 +41,7 @@ def digital(
     every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
     drifts = instruments.memory.with_prefix("instruments.")
-    remembers = wiring.memory(loop) + held_signals(loop, every, queue) + drifts
+    remembers = wiring.memory(loop) + held_signals(loop, every, queue) + kept_estimates(loop, every) + drifts
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises + drifts.size + loop.plant.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)

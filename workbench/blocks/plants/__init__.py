@@ -15,6 +15,7 @@ from workbench.blocks.plants.dc_motor import DCMotor
 from workbench.blocks.plants.disturbed_plant import DisturbedPlant
 from workbench.blocks.plants.elements import AbstractElement, FirstOrder, Memory, PadeDelay, RateLimit, Saturation
 from workbench.blocks.plants.equipped_plant import EquippedPlant
+from workbench.blocks.plants.input_disturbances import InputDisturbances
 from workbench.blocks.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.blocks.plants.nonlinear_elements import Backlash, DeadZone, Quantiser
 from workbench.blocks.plants.ode_plant import OdePlant
@@ -32,6 +33,7 @@ __all__ = [
     "EquippedPlant",
     "FirstOrder",
     "FurutaPendulum",
+    "InputDisturbances",
     "LinearPlant",
     "Memory",
     "OdePlant",

@@ -37,6 +37,12 @@ FLAGS = {
     "BAD_COMMAND": (4, "a command, also before its limits, or the memory would not be finite: the same"),
 }
 
+ANSWERED = FLAGS | {
+    "BAD_READING": (1, "a reading is not finite, which the law answers"),
+    "BAD_REFERENCE": (2, "a reference is not finite: the same"),
+    "BAD_COMMAND": (4, "a command, also before its limits, or the memory would not be finite: the safe command"),
+}
+
 
 def header_of(request: Request, costs: CallCost) -> str:
     """The text of NAME.h."""
@@ -50,7 +56,8 @@ def header_of(request: Request, costs: CallCost) -> str:
     ]
     lines += [f"enum {{ /* flags of {name}_step, which may come together */"]
     lines += [
-        f"    {name.upper()}_{flag} = {n},{f' /* {what} */' if what else ''}" for flag, (n, what) in FLAGS.items()
+        f"    {name.upper()}_{flag} = {n},{f' /* {what} */' if what else ''}"
+        for flag, (n, what) in (ANSWERED if law.answers_missing else FLAGS).items()
     ]
     lines[-1] = lines[-1].replace(",", "", 1)
     lines += ["};", ""]
@@ -100,8 +107,9 @@ def about(request: Request, costs: CallCost) -> Iterator[str]:
             f"Delay: a command is given so long after it is computed: {waits}. The law does this itself: hand what a "
             "call gives to the actuator as the instant begins. The first commands come from the start of the memory."
         )
+    raised = f"the flag {request.name.upper()}_BAD_COMMAND" if law.answers_missing else "a flag"
     yield from _wrapped(
-        f"Safe command, where a flag is raised: {safe_text(request)}. The memory then stays, but for commands on "
+        f"Safe command, where {raised} is raised: {safe_text(request)}. The memory then stays, but for commands on "
         "their way, which become the safe one; after a long gap call the reset."
     )
     yield from _wrapped(

@@ -24,8 +24,10 @@ def step_of(request: Request) -> list[str]:
     lines += check("readings", law.readings, "BAD_READING") if "readings" in request.inputs else []
     lines += check("references", law.references, "BAD_REFERENCE") if "references" in request.inputs else []
     call = ", ".join(("state", *request.inputs, "commands"))
-    lines += [f"    if ((flags == 0u) && !{name}_advance({call})) {{"]
-    lines += [f"        flags |= (unsigned){name.upper()}_BAD_COMMAND;", "    }", "    if (flags != 0u) {"]
+    bad = f"(unsigned){name.upper()}_BAD_COMMAND"
+    first, held = ("", f"(flags & {bad}) != 0u") if law.answers_missing else ("(flags == 0u) && ", "flags != 0u")
+    lines += [f"    if ({first}!{name}_advance({call})) {{"]
+    lines += [f"        flags |= {bad};", "    }", f"    if ({held}) {{"]
     safe = zip(places_of(law.commands), request.safe.tolist(), strict=True)
     lines += [f"        commands->{place} = {real.literal(value)};" for place, value in safe]
     lines += [f"        state->{place} = {real.literal(value)};" for place, value in _waiting(request)]

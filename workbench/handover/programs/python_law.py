@@ -39,18 +39,19 @@ OWN = '''class Law:
     def step(self, readings, references=None):
         """The commands by name, for readings and references by name.
 
-        A value is a float, or a list of them; a matrix lies column by column. Where a number is not finite the
-        commands are `SAFE`, `flags` says which, and the memory stays, but for commands on their way.
+        A value is a float, or a list of them; a matrix lies column by column. Where a number is not finite `flags`
+        says which. Unless the law answers it, the commands are `SAFE`, and the memory stays, but for commands on their
+        way.
         """
         readings, references = taken("reading", readings, READINGS), taken("reference", references or {}, REFERENCES)
         flags = OK if finite(readings, READINGS) else BAD_READING
         flags |= OK if finite(references, REFERENCES) else BAD_REFERENCE
-        if flags == OK:
+        if flags == OK or ANSWERS_MISSING:
             memory, commands, inner = moved(float(self.k), self.memory, readings, references, self.parameters)
             good = finite(commands, SAFE) and finite(memory, MEMORY) and not any(map(math.isnan, inner))
-            flags = OK if good else BAD_COMMAND
+            flags |= OK if good else BAD_COMMAND
         self.k, self.flags = self.k + 1, flags
-        if flags != OK:
+        if flags & BAD_COMMAND or (flags != OK and not ANSWERS_MISSING):
             self.memory |= copied(SAFE_QUEUE)
             return copied(SAFE)
         self.memory = memory
@@ -115,6 +116,7 @@ def python_law(law: SampledLaw, name: str = "", *, safe: Values | None = None) -
         f"PERIOD = {law.period!r}  # s",
     ]
     head += [f"{flag} = {value}" for flag, value in zip(FLAGS, (0, 1, 2, 4), strict=True)]
+    head += [f"ANSWERS_MISSING = {law.answers_missing}  # readings and references that are not finite"]
     safest = safe_command(law, safe)
     waiting = Layout(tuple(entry for entry in law.memory.entries if entry.name in queue_places(law)))
     named = law.commands.unpack(safest)

@@ -120,7 +120,7 @@ def mpc_problem(
     >>> mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, MpcLimits(inputs=(-1.0, 1.0)))
     <LinearMpc: 2 states, 1 inputs, horizon 20, limits on u[0]>
     """
-    matrices = _delayed(*_matrices(A, B, Q, R), whole("mpc_problem(delay=...)", delay, least=0))
+    matrices = with_delay(*_matrices(A, B, Q, R), whole("mpc_problem(delay=...)", delay, least=0))
     must = "above the delay, as no input of it would act otherwise"
     N = whole("mpc_problem(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
     P = None if P is None else semidefinite("mpc_problem(P=...)", "P", P, len(matrices[0]))
@@ -157,7 +157,7 @@ def _matrices(A: Numbers, B: Numbers, Q: Numbers, R: Numbers) -> tuple[Array, Ar
     return a, b, semidefinite("mpc_problem(Q=...)", "Q", Q, len(a)), definite("mpc_problem(R=...)", "R", R, b.shape[1])
 
 
-def _delayed(A: Array, B: Array, Q: Array, R: Array, delay: int) -> tuple[Array, Array, Array, Array]:
+def with_delay(A: Array, B: Array, Q: Array, R: Array, delay: int) -> tuple[Array, Array, Array, Array]:
     """The matrices with the inputs on their way as states, oldest first."""
     for _ in range(delay):
         nx, nu = B.shape

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, definite, semidefinite
 from workbench.design.riccati.regulators import is_system
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair, bounds
-from workbench.planning.linear_mpc.linear_problem import regulator
+from workbench.planning.linear_mpc.linear_problem import regulator, with_delay
+from workbench.planning.nonlinear_mpc.input_limits import rate_ends, whole_periods
 
 CALL = "nonlinear_predictive_design"
 Names = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
@@ -25,7 +26,7 @@ MOST = 1000  # stages, sweeps, linearisations or steps
 
 @dataclass(frozen=True, eq=False)
 class StageLimits:
-    """The limits of a stage, 1e30 for none: hard ones of inputs, (nu,), and soft ones of signals by name."""
+    """The limits of a stage, 1e30 for none: hard ones of inputs and their changes, (nu,), and soft ones by name."""
 
     low: Array
     high: Array
@@ -33,6 +34,8 @@ class StageLimits:
     row_low: Array | None
     row_high: Array | None
     row_weight: Array | None
+    rate_low: Array | None = None
+    rate_high: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +53,18 @@ class NonlinearPredictiveDesign:
         The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
         stage.
     Q, R, P
-        The weights of a stage, (nx, nx) and (nu, nu), and of the end, (nx, nx).
+        The weights of a stage, (nx, nx) and (nu, nu), and of the end, (nz, nz).
     K
-        (nu, nx), the gain of the law behind the horizon, whose cost is e'P e without limits unless P was given.
+        (nu, nz), the gain of the law behind the horizon, whose cost is e'P e without limits unless P was given.
     A, B
         (nx, nx) and (nx, nu), the Jacobians of a stage at the rest.
     limits
         The limits of a stage.
     x0, u0
         (nx,) and (nu,), the rest.
+    delay
+        The number of periods until an input acts. The nz states are those of the plant and the inputs on their way; or
+        the inputs before, with limits of their changes and no delay.
     """
 
     states: tuple[str, ...]
@@ -77,12 +83,18 @@ class NonlinearPredictiveDesign:
     limits: StageLimits
     x0: Array
     u0: Array
+    delay: int = 0
 
     def __repr__(self) -> str:
         own = self.limits
         limits = zip(self.inputs, own.low, own.high, strict=True)
         hard = ", ".join(name for name, low, high in limits if low > -NO_LIMIT or high < NO_LIMIT) or "none"
         soft = f", soft on {', '.join(own.row_names)}" if own.row_names else ""
+        if own.rate_low is not None and own.rate_high is not None:
+            ends = zip(self.inputs, own.rate_low, own.rate_high, strict=True)
+            changes = ", ".join(name for name, low, high in ends if low > -NO_LIMIT or high < NO_LIMIT)
+            soft = f", on changes of {changes}{soft}"
+        soft += f", inputs {self.delay} period{'s' if self.delay > 1 else ''} late" if self.delay else ""
         return (
             f"<NonlinearPredictiveDesign: {self.horizon} stages of {self.period:g} s, limits on {hard}{soft}, "
             f"{self.sweeps} sweeps, {self.iterations} linearisation{'s' if self.iterations > 1 else ''} a period>"
@@ -91,7 +103,7 @@ class NonlinearPredictiveDesign:
     @property
     def law_arguments(self) -> Mapping[str, object]:
         """The arguments of `NonlinearPredictive`."""
-        names = ("horizon", "period", "sweeps", "iterations", "steps", "Q", "R", "P", "K", "x0", "u0")
+        names = ("horizon", "period", "sweeps", "iterations", "steps", "Q", "R", "P", "K", "x0", "u0", "delay")
         own = {name: getattr(self, name) for name in names} | vars(self.limits)
         return {"names": (self.states, self.inputs), **own}
 
@@ -105,7 +117,9 @@ def nonlinear_predictive_design(
     horizon: int,
     *,
     limits: Mapping[str, Pair] | None = None,
+    rate_limits: Mapping[str, Pair] | None = None,
     soft_weight: float | Mapping[str, float] | None = None,
+    delay: float = 0.0,
     P: Numbers | None = None,
     sweeps: int = 3,
     iterations: int = 1,
@@ -115,26 +129,24 @@ def nonlinear_predictive_design(
 
     Parameters
     ----------
-    system, period
-        The plant linearised at the rest behind the horizon, as `linearize` gives it, and the period in s.
-    Q, R, horizon
-        Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
-        the number of stages, each of a period.
+    system, period, delay
+        The plant linearised at the rest behind the horizon, the period, and the delay of inputs, whole periods, in s.
+    Q, R, P, horizon
+        Weights of a stage, (nx, nx) semidefinite and (nu, nu) definite, and of the end, (nz, nz), by default the cost
+        of LQR, with nz = nx + nu delay / period; and the number of stages, each of a period.
     limits, soft_weight
         Pairs (low, high) by name, in the units of the plant: of inputs, which are kept, and of states and outputs,
         which are soft. A violation d of a soft limit costs w d^2 in a stage; w is one number, or one by name.
-    P
-        Weight of the end, (nx, nx) positive semidefinite; by default the cost of the LQR law at the rest.
+    rate_limits
+        Pairs of the change of an input in a period, by name, which are kept.
     sweeps, iterations, steps
-        The numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a
-        stage.
+        Numbers of sweeps of a linearised problem, of linearisations in a period, and of Runge-Kutta steps in a stage.
 
     Raises
     ------
-    ValueError, LookupError
-        If an argument is out of its range, limits cross, exclude the rest or have no weight, or no signal has a name.
-    DesignError
-        If the system is sampled already, or no gain stabilises it at the rest.
+    ValueError, LookupError, DesignError
+        If an argument is out of its range, limits cross, exclude the rest or have no weight, or no signal has a name;
+        if the system is sampled already, or no gain stabilises it.
 
     Examples
     --------
@@ -142,15 +154,33 @@ def nonlinear_predictive_design(
     >>> wb.nonlinear_predictive_design(cart, 0.02, np.eye(4), [[0.1]], 40, limits={"F": (-10.0, 10.0)})
     <NonlinearPredictiveDesign: 40 stages of 0.02 s, limits on F, 3 sweeps, 1 linearisation a period>
     """
-    h, names, q, r = _plant_and_weights(system, period, Q, R)
+    plant = _plant_and_weights(system, period, Q, R)
     counts = {"horizon": horizon, "sweeps": sweeps, "iterations": iterations, "steps": steps}
+    return _design(system, plant, counts, (limits or {}, rate_limits or {}, soft_weight), delay, P)
+
+
+def _design(
+    system: System,
+    plant: tuple[float, Names, Array, Array],
+    counts: Mapping[str, int],
+    named: tuple[Mapping[str, Pair], Mapping[str, Pair], float | Mapping[str, float] | None],
+    delay: float,
+    P: Numbers | None,
+) -> NonlinearPredictiveDesign:
+    h, names, q, r = plant
     N, S, M, n = (whole(f"{CALL}({name}=...)", value, least=1, most=MOST) for name, value in counts.items())
+    late, (limits, rate_limits, soft_weight) = whole_periods(delay, h, N), named
     A, B = stage_slopes(np.asarray(system.A), np.asarray(system.B), h, n)
-    K, end = _behind_horizon(A, B, q, r, P)
+    K, end = _behind_horizon(*with_delay(A, B, q, r, late), P)
+    rates = rate_ends(rate_limits, names[1])
+    if rates is not None and not late:  # the inputs before are states without weight
+        K, end = np.pad(K, ((0, 0), (0, len(r)))), np.pad(end, (0, len(r)))
     point = getattr(system, "point", None)
     x0, u0 = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(len(A)), np.zeros(len(r)))
-    own = _limits(limits or {}, names, np.asarray(u0), soft_weight)
-    return NonlinearPredictiveDesign(*names[:2], h, N, S, M, n, q, r, end, K, A, B, own, x0, u0)
+    own = _limits(limits, names, np.asarray(u0), soft_weight)
+    if rates is not None:
+        own = replace(own, rate_low=rates[0], rate_high=rates[1])
+    return NonlinearPredictiveDesign(*names[:2], h, N, S, M, n, q, r, end, K, A, B, own, x0, u0, late)
 
 
 def _plant_and_weights(system: System, period: float, Q: Numbers, R: Numbers) -> tuple[float, Names, Array, Array]:
