@@ -10,8 +10,8 @@ from workbench.blocks.loop import AbstractPlant, open_loop
 from workbench.blocks.plants import (
     DisturbedPlant,
     EquippedPlant,
-    InputDisturbances,
     FurutaPendulum,
+    InputDisturbances,
     LinearPlant,
     OdePlant,
     PlanarQuadrotor,
@@ -145,7 +145,8 @@ def test_a_vehicle_with_weak_rear_tyres_is_unstable_beyond_its_critical_speed():
 
 
 MADE = {name: getattr(plants, name) for name in plants.__all__}
-OF_OTHERS = (DisturbedPlant, EquippedPlant, InputDisturbances, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
+# made of what a user brings
+OF_OTHERS = (DisturbedPlant, EquippedPlant, InputDisturbances, LinearPlant, Manipulator, OdePlant)
 WHOLE = [
     kind()
     for kind in MADE.values()
