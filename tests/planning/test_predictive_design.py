@@ -12,7 +12,7 @@ from workbench.design.linear import operating_point
 from workbench.design.matrices import DesignError
 from workbench.planning import exact_loops, exact_mpc, no_memory, solve_period
 from workbench.planning.linear_mpc.dual_recursion import tracking_gains
-from workbench.planning.linear_mpc.limit_sample import limit_sample
+from workbench.planning.linear_mpc.limit_sample import limit_samples
 from workbench.planning.linear_mpc.splitting_tuning import admm_numbers
 from workbench.planning.linear_mpc.sweep_choice import choose_sweeps
 
@@ -52,7 +52,7 @@ def tank_design(**options):
 def test_derived_sweeps_follow_the_exact_law_from_starts_that_were_no_part_of_the_sample(options):
     problem = cart_pole(**options)
     exact = exact_mpc(problem)
-    numbers, evidence = choose_sweeps(exact, limit_sample(exact, 4), 1e-2)
+    numbers, evidence = choose_sweeps(exact, limit_samples(exact, 4), 1e-2)
     assert evidence.largest_error <= 1e-2
     assert evidence.active_share > 0.2
     starts = np.random.default_rng(5).uniform(-1, 1, (12, 4)) * [0.15, 0.1, 0.05, 0.2]
@@ -71,7 +71,7 @@ def test_derived_sweeps_follow_the_exact_law_from_starts_that_were_no_part_of_th
 def test_derived_sweeps_come_near_to_the_first_moves_of_a_peer(options):
     problem = cart_pole(**options)
     exact = exact_mpc(problem)
-    numbers, _ = choose_sweeps(exact, limit_sample(exact, 4), 1e-3)
+    numbers, _ = choose_sweeps(exact, limit_samples(exact, 4), 1e-3)
     x, memory = np.array([-0.12, 0.0, 0.02, 0.1, *[0.0] * (len(problem.A) - 4)]), no_memory(numbers)
     for _ in range(15):
         answer = solve_period(numbers, memory, x)

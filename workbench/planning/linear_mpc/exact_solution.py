@@ -32,6 +32,7 @@ from workbench.planning.linear_mpc.splitting import SplittingNumbers, no_memory,
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 
 SWEEPS = 25
+NEAR = 1e-2  # spans, of the residual: the polish does the rest
 MOST_CHANGES = 40  # of the active set
 TOLERANCE = 1e-8  # of a certificate, relative: half the digits, as an active row is found by them
 ROUNDING = 1e-13  # of the largest row or value: what is smaller is none
@@ -106,7 +107,9 @@ class ExactMpc:
         zeta = no_memory(self.numbers) + y
         acts = ((y < self.problem.low) | (y > self.problem.high)).any()
         for _ in range(SWEEPS if acts else 0):  # without them the LQR answer is the optimum
-            zeta, _ = sweep(self.numbers, y, zeta)
+            zeta, residual = sweep(self.numbers, y, zeta)
+            if residual <= NEAR:
+                break
         sides = np.where(zeta > self.problem.high, 1, 0) - np.where(zeta < self.problem.low, 1, 0)
         polished = _polish(self, y, sides)
         if polished is None:

@@ -44,7 +44,8 @@ def law_claims(problem: LinearMpc, numbers: SplittingNumbers, evidence: SweepEvi
             "accuracy",
             f"Along {evidence.loops} closed loops of the exact law with {evidence.moves} moves, limits active in "
             f"{evidence.active_share:.0%}, {numbers.sweeps} sweeps err by {evidence.largest_error:.1g} of a span at "
-            "most.",
+            f"most; along {evidence.other_loops} other loops, by which they were not chosen, by "
+            f"{evidence.other_error:.1g} at most and {evidence.other_rms_error:.1g} in the root mean square.",
             SAMPLE,
         )
     )

@@ -20,8 +20,7 @@ from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.exact_solution import ExactMpc
 from workbench.planning.linear_mpc.infeasibility import MpcConflictError
 
-LOOPS, PERIODS = 12, 12  # with a jump in the middle of 2 x 12 periods
-MOST_TRIALS = 2 * LOOPS
+LOOPS, OTHERS, PERIODS = 12, 24, 12  # loops with a jump in the middle of 2 x 12 periods
 SIZES = (1.5, 4.0, 2.5)  # of the LQR answer over the limits of inputs, one start after the other
 OF_STATES = 1.5  # of the same over limits of states and outputs
 OF_RATES = 4.0  # times as much over limits of changes, which a step of the reference passes by far
@@ -44,28 +43,36 @@ class LimitSample:
         return int(self.moves.shape[0] * self.moves.shape[1])
 
 
-def limit_sample(exact: ExactMpc, plant_states: int) -> LimitSample:
-    """The sample of a problem whose first `plant_states` states are the plant's.
+def limit_samples(exact: ExactMpc, plant_states: int) -> tuple[LimitSample, LimitSample]:
+    """A sample by which sweeps are chosen, and another one; the first `plant_states` states are the plant's.
 
     Raises
     ------
     DesignError
         If the limits cannot be kept from any start at which one of them acts.
     """
+    directions = _directions(exact, plant_states, 4 * (LOOPS + OTHERS))
+    sample = _sample(exact, directions[: 4 * LOOPS], LOOPS)
+    if sample is None:
+        raise DesignError(
+            "`predictive_design(limits=...)`: from no start at which a limit acts could the limits be kept, among "
+            f"{2 * LOOPS}. Widen the limits, make those of states soft by `soft_weight`, or take a longer horizon."
+        )
+    return sample, _sample(exact, directions[4 * LOOPS :], OTHERS) or sample
+
+
+def _sample(exact: ExactMpc, directions: Array, count: int) -> LimitSample | None:
+    """So many loops, each from the next two directions that succeed; None if none does."""
     loops: list[tuple[Array, Array]] = []
-    directions = _directions(exact, plant_states, 2 * MOST_TRIALS)
-    for i in range(MOST_TRIALS):
+    for i in range(len(directions) // 2):
         first = _loop_along(exact, directions[2 * i], i, np.zeros(len(exact.problem.A)))
         second = None if first is None else _loop_along(exact, directions[2 * i + 1], i + 1, first[2])
         if first is not None and second is not None:
             loops.append((np.vstack([first[0], second[0]]), np.vstack([first[1], second[1]])))
-        if len(loops) == LOOPS:
+        if len(loops) == count:
             break
     if not loops:
-        raise DesignError(
-            "`predictive_design(limits=...)`: from no start at which a limit acts could the limits be kept, among "
-            f"{MOST_TRIALS}. Widen the limits, make those of states soft by `soft_weight`, or take a longer horizon."
-        )
+        return None
     states, moves = (np.array([loop[part] for loop in loops]) for part in (0, 1))
     return LimitSample(states, moves, _active_share(exact, states, moves))
 
@@ -73,7 +80,7 @@ def limit_sample(exact: ExactMpc, plant_states: int) -> LimitSample:
 def _directions(exact: ExactMpc, n: int, count: int) -> Array:
     """Directions (count, nx) of the states of the plant, with zeros for inputs that are on their way."""
     problem, whole = exact.problem, np.zeros((count, len(exact.problem.A)))
-    draws = qmc.Sobol(n, scramble=False).random(128)[1 : count + 1]
+    draws = qmc.Sobol(n, scramble=False).random(256)[1 : count + 1]
     P = problem.P[:n, :n]
     root = np.linalg.cholesky(P + 1e-9 * np.trace(P) * np.eye(n))
     whole[:, :n] = np.linalg.solve(root.T, norm.ppf(np.clip(draws, 1e-3, 1 - 1e-3)).T).T

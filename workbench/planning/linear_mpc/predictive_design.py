@@ -21,7 +21,7 @@ from workbench.planning.linear_mpc.dual_recursion import columns_of_sweep, recur
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.law_claims import law_claims
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
-from workbench.planning.linear_mpc.limit_sample import limit_sample
+from workbench.planning.linear_mpc.limit_sample import limit_samples
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.named_limits import named_limits, refuse_rest, signal_names
 from workbench.planning.linear_mpc.offset_design import OutputPoint, offset_design
@@ -72,7 +72,8 @@ class PredictiveDesign:
         return (
             f"<PredictiveDesign: {self.problem.horizon} stages of {self.period:g} s, limits on "
             f"{', '.join(self.problem.rows.names)}, {self.numbers.sweeps} {method}, "
-            f"error {self.evidence.largest_error:.1g} (sampled, not proved)>"
+            f"error {self.evidence.largest_error:.1g}, in other loops {self.evidence.other_error:.1g} (sampled, not "
+            "proved)>"
         )
 
     @cached_property
@@ -175,7 +176,8 @@ def predictive_design(
         The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
     sweeps, modes, accuracy
         The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
-        `accuracy`, in spans of an input and in cost, along a sample of closed loops of the exact law: not proved.
+        `accuracy` in spans of an input along a sample of closed loops of the exact law, and in the cost of these loops
+        and of others: not proved.
     offset_free
         Names of outputs that reach references under a constant disturbance or a wrong gain, by `OffsetFreeObserver`.
 
@@ -211,4 +213,4 @@ def _sweeps(
     exact = exact_mpc(problem)
     if modes is not None:
         modes = whole("predictive_design(modes=...)", modes, 0, min(MOST_MODES, len(exact.numbers.low)), " of modes")
-    return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count, modes)
+    return choose_sweeps(exact, limit_samples(exact, plant_states), wanted, count, modes)

@@ -1,12 +1,12 @@
 r"""The method, its penalties or modes, and the number of sweeps of a law, derived from closed loops of the exact law.
 
 The spectrum of D bounds a sweep once the active rows are right, and says nothing of how long it takes to find them. So
-each candidate runs along a sample of closed loops of the exact law with starts and steps (`limit_sample`), with its own
-memory and the sweeps of any other period also in the first. Candidates are metrics with several numbers of modes, and
+each candidate runs along a sample of closed loops of the exact law with starts and steps, with its own memory and the sweeps of any other period also in the first. Candidates are metrics with several numbers of modes, and
 ADMM with several penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend
 on each other. They are tried in the order of their operations, and ADMM behind all metrics where limits are on inputs
 alone: a metric leaves out the stages at which nothing acts. The first whose largest error of a move is within the
-accuracy is taken. This is sampled, not proved.
+accuracy is taken, if its own loops cost no more than that share above those of the exact law, there and in a second
+sample that no candidate was chosen by. What it errs by in that one stands in the evidence. This is sampled, not proved.
 """
 
 from __future__ import annotations
@@ -45,14 +45,16 @@ class SweepEvidence:
         The largest error of a move that was allowed, in spans of the limits of its input.
     largest_error, rms_error
         Those of the law along the sample, in spans.
-    loops, moves
-        The numbers of closed loops of the exact law and of its moves.
+    other_error, other_rms_error
+        The same along the second sample, by which the law was not chosen.
+    loops, moves, other_loops, other_moves
+        The numbers of closed loops of the exact law and of its moves, in the sample and in the second one.
     active_share
         The share of the periods of the sample in which a limit acts.
     largest_residual
         The largest residual before the last sweep that the law reported along the sample.
     cost_excess
-        The largest relative excess of the cost of a loop under the law over the exact law's, from the same starts.
+        The largest relative excess of the cost of a loop under the law over the exact law's, from the starts of both.
     fall_error
         By how much the optimal cost falls less in a period of these loops than by the cost of the stage, at most, as a
         share of the cost of the start; infinite where a state has no solution. It is 0 under the exact law from a safe
@@ -64,8 +66,12 @@ class SweepEvidence:
     accuracy: float
     largest_error: float
     rms_error: float
+    other_error: float
+    other_rms_error: float
     loops: int
     moves: int
+    other_loops: int
+    other_moves: int
     active_share: float
     largest_residual: float
     cost_excess: float
@@ -74,15 +80,20 @@ class SweepEvidence:
 
     def __str__(self) -> str:
         return (
-            f"largest error {self.largest_error:.1g} of a span in {self.moves} moves of {self.loops} loops, limits "
-            f"active in {self.active_share:.0%} (sampled, not proved)"
+            f"largest error {self.largest_error:.1g} of a span in {self.moves} moves of {self.loops} loops, "
+            f"{self.other_error:.1g} in {self.other_moves} moves of {self.other_loops} others; limits active in "
+            f"{self.active_share:.0%} (sampled, not proved)"
         )
 
 
 def choose_sweeps(
-    exact: ExactMpc, sample: LimitSample, accuracy: float, count: int | None = None, modes: int | None = None
+    exact: ExactMpc,
+    samples: tuple[LimitSample, LimitSample],
+    accuracy: float,
+    count: int | None = None,
+    modes: int | None = None,
 ) -> tuple[SplittingNumbers, SweepEvidence]:
-    """The constants of the law with the fewest operations that is accurate enough along a sample.
+    """The constants of the law with the fewest operations that is accurate enough along the first of two samples.
 
     With a number of sweeps, the constants of the candidate that errs the least; with one of modes, of metrics.
 
@@ -91,7 +102,7 @@ def choose_sweeps(
     DesignError
         If no number of sweeps of a candidate is accurate enough.
     """
-    alone = exact.problem.rows.count == exact.problem.B.shape[1]  # limits on inputs
+    sample, alone = samples[0], exact.problem.rows.count == exact.problem.B.shape[1]  # limits on inputs
     trials = [
         (alone and one.method != METRIC, operation_count(one).period, i, one)
         for i, numbers in enumerate(_candidates(exact, modes))
@@ -100,12 +111,12 @@ def choose_sweeps(
     least: tuple[float, SplittingNumbers] = (np.inf, exact.numbers)
     for done, (*_, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:3])):
         largest = float(errors_along(numbers, sample, stop=max(accuracy, min(least[0], 1.0)))[0].max())
-        if largest <= accuracy and count is None and _own_loops(exact, numbers, sample)[0] <= accuracy:
-            return numbers, evidence(exact, numbers, sample, accuracy, done)
+        if largest <= accuracy and count is None and _costs_little(exact, numbers, samples, accuracy):
+            return numbers, evidence(exact, numbers, samples, accuracy, done)
         if largest < least[0]:
             least = largest, numbers
     if count is not None:
-        return least[1], evidence(exact, least[1], sample, accuracy, len(trials))
+        return least[1], evidence(exact, least[1], samples, accuracy, len(trials))
     raise DesignError(
         f"`predictive_design(accuracy=...)`: no number of sweeps up to {SWEEPS[-1]} follows the exact law to "
         f"{accuracy:g} spans along {len(sample.states)} sampled loops; the nearest, {least[1].sweeps} "
@@ -115,23 +126,39 @@ def choose_sweeps(
 
 
 def evidence(
-    exact: ExactMpc, numbers: SplittingNumbers, sample: LimitSample, accuracy: float, trials: int
+    exact: ExactMpc,
+    numbers: SplittingNumbers,
+    samples: tuple[LimitSample, LimitSample],
+    accuracy: float,
+    trials: int,
 ) -> SweepEvidence:
-    """The errors of a law along a sample, and the excess of its cost in its own loops."""
+    """The errors of a law along two samples, and the excess of its cost in its own loops."""
+    sample, others = samples
     errors, residual = errors_along(numbers, sample, stop=np.inf)
+    other_errors, _ = errors_along(numbers, others, stop=np.inf)
     excess, states, moves = _own_loops(exact, numbers, sample)
     return SweepEvidence(
         accuracy,
         float(errors.max()),
         float(np.sqrt(np.mean(errors**2))),
+        float(other_errors.max()),
+        float(np.sqrt(np.mean(other_errors**2))),
         len(sample.states),
         sample.count,
+        len(others.states),
+        others.count,
         sample.active_share,
         residual,
-        excess,
+        max(excess, _own_loops(exact, numbers, others)[0]),
         _fall_error(exact, states, moves),
         trials,
     )
+
+
+def _costs_little(
+    exact: ExactMpc, numbers: SplittingNumbers, samples: tuple[LimitSample, LimitSample], most: float
+) -> bool:
+    return all(_own_loops(exact, numbers, sample)[0] <= most for sample in samples)
 
 
 def errors_along(numbers: SplittingNumbers, sample: LimitSample, stop: float) -> tuple[Array, float]:
