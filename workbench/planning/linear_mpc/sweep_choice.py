@@ -1,8 +1,8 @@
 r"""The method, its penalties or modes, and the number of sweeps of a law, derived from closed loops of the exact law.
 
 The spectrum of D bounds a sweep once the active rows are right, and says nothing of how long it takes to find them. So
-each candidate runs along a sample of closed loops of the exact law with starts and steps, with its own memory and the sweeps of any other period also in the first. Candidates are metrics with several numbers of modes, and
-ADMM with several penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend
+each candidate runs along a sample of closed loops of the exact law with starts and steps. It has its own memory, and in
+the first period the sweeps of any other. Candidates are metrics with several numbers of modes, and ADMM with several penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend
 on each other. They are tried in the order of their operations, and ADMM behind all metrics where limits are on inputs
 alone: a metric leaves out the stages at which nothing acts. The first whose largest error of a move is within the
 accuracy is taken, if its own loops cost no more than that share above those of the exact law, there and in a second
