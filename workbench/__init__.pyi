@@ -157,7 +157,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
-from workbench.planning import nonlinear_predictive_design, predictive_design
+from workbench.planning import ConeLimit, nonlinear_predictive_design, predictive_design
 from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -214,6 +214,7 @@ __all__ = [
     "Chirp",
     "ClosedLoop",
     "CombinedReference",
+    "ConeLimit",
     "Constant",
     "Controller",
     "DCMotor",

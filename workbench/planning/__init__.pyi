@@ -1,6 +1,7 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.planning.linear_mpc import (
+    ConeLimit,
     ExactMpc,
     InfeasibilityProof,
     KktCertificate,
@@ -18,6 +19,7 @@ from workbench.planning.linear_mpc import (
     SplittingAnswer,
     SplittingNumbers,
     SplittingTuning,
+    StageCone,
     SweepEvidence,
     TerminalSet,
     TuningRow,
@@ -57,6 +59,7 @@ from workbench.planning.trajectories import (
 )
 
 __all__ = [
+    "ConeLimit",
     "ExactMpc",
     "Funnel",
     "InfeasibilityProof",
@@ -82,6 +85,7 @@ __all__ = [
     "SplittingAnswer",
     "SplittingNumbers",
     "SplittingTuning",
+    "StageCone",
     "SweepEvidence",
     "TerminalSet",
     "TrajectoryRegulator",

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.limit_cones import LimitCone, cones_of, inputs_within_limits
 from workbench.blocks.laws.predicted_signals import predicted_signals, predicted_units
 from workbench.blocks.laws.predictive_ports import (
     DISTURBANCE,
@@ -73,6 +74,8 @@ class ModelPredictive(AbstractController):
         Gains (N nu, nx) and inverse weights (N nu, nu) of the stages for ADMM; None for sweeps in the metric.
     rates
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
+    cones
+        The second-order cones among the rows, as `LimitCone` of their places; their inputs are kept exactly.
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
         y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d.
@@ -121,6 +124,7 @@ class ModelPredictive(AbstractController):
     gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)
     inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), is_derived=True)
     rates: bool = False
+    cones: tuple[LimitCone, ...] = ()
     outputs: Layout = Layout()
     target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"), is_derived=True)
     y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0", is_derived=True)
@@ -173,6 +177,7 @@ class ModelPredictive(AbstractController):
         ends, safe = (np.asarray(own["u0"]) + own[end][: plant.inputs.size] for end in ("low", "high")), None
         if safe_command is not None:
             safe = safe_inputs("ModelPredictive.of", plant.inputs, safe_command, *ends)
+        own["cones"] = cones_of(own["cones"], None if safe is None else safe - own["u0"])
         port = Layout(tuple(plant.outputs[name] for name in outputs))
         law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port, safe_command=safe)
         return law.run_every(period)
@@ -244,7 +249,7 @@ class ModelPredictive(AbstractController):
         rows = ca.reshape(answer.zeta, nc, self.horizon)[:nu, :], answer.lqr[:nu, :]
 
         def ahead(e: ca.SX, row: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-            v = ca.fmin(ca.fmax(ca.if_else(outside, row, lqr), self.low[:nu]), self.high[:nu])
+            v = inputs_within_limits(self, ca.if_else(outside, row, lqr))
             after = self.A @ (e - about.at) + self.B @ (v - about.push) + about.at
             return after, after, v
 
@@ -277,10 +282,9 @@ class ModelPredictive(AbstractController):
         return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
     def _first_input(self, answer: PeriodAnswer, about: About) -> ca.SX:
-        """The first input of the plan within its limits, and within those of its change from the input before."""
+        """The first input of the plan within its limits and cones, and within those of its change from the input before."""
         nu, last = self.inputs.size, about.e[-self.inputs.size :]
-        zeta = ca.if_else(answer.outside, answer.zeta[:nu], answer.lqr[:nu, 0])
-        v = ca.fmin(ca.fmax(zeta, self.low[:nu]), self.high[:nu])
+        v = inputs_within_limits(self, ca.if_else(answer.outside, answer.zeta[:nu], answer.lqr[:nu, 0]))
         if self.rates:
             v = ca.fmin(ca.fmax(v, last + self.low[-nu:]), last + self.high[-nu:])
         return v if about.valid is None else ca.if_else(about.valid, v, self.safe_command - self.u0)

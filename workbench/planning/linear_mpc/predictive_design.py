@@ -12,10 +12,11 @@ from workbench.core.claim import Claim
 from workbench.core.numbers import Bounds
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import finite, whole
+from workbench.core.validation.refusals import finite, refusal, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import one_thread
+from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
@@ -71,7 +72,7 @@ class PredictiveDesign:
         method = method_in_words(self.numbers)
         return (
             f"<PredictiveDesign: {self.problem.horizon} stages of {self.period:g} s, limits on "
-            f"{', '.join(self.problem.rows.names)}, {self.numbers.sweeps} {method}, "
+            f"{', '.join(dict.fromkeys(self.problem.rows.names))}, {self.numbers.sweeps} {method}, "
             f"error {self.evidence.largest_error:.1g} (sampled, not proved)>"
         )
 
@@ -111,6 +112,7 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
+            "cones": self.problem.rows.cones,
             "residual_bounds": Bounds(high=RESIDUALS * self.evidence.largest_residual + ROUNDING),
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
@@ -150,6 +152,7 @@ def predictive_design(
     *,
     limits: Mapping[str, Pair],
     rate_limits: Mapping[str, Pair] | None = None,
+    cones: tuple[ConeLimit, ...] = (),
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
@@ -169,6 +172,8 @@ def predictive_design(
         Weights of a period, (nx, nx) semidefinite and (nu, nu) positive definite, and the number of stages.
     limits, rate_limits
         Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
+    cones
+        Limits |lateral - centre| <= slope axial + offset of inputs, or of states, by name. They are hard.
     soft_weight
         The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
     sweeps, modes, accuracy
@@ -191,7 +196,7 @@ def predictive_design(
     (3, True)
     """
     names = signal_names(system, Q, R)
-    ends = named_limits(system, names, limits, rate_limits or {}, soft_weight)
+    ends = named_limits(system, names, limits, rate_limits or {}, soft_weight, cones)
     problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
     refuse_rest(problem)
     follows = offset_design(system, problem, float(period), float(delay), offset_free) if offset_free else (None, None)
@@ -207,6 +212,8 @@ def _sweeps(
     wanted = finite("predictive_design(accuracy=...)", accuracy, low=1e-9, high=0.5)
     count = None if sweeps is None else whole("predictive_design(sweeps=...)", sweeps, 1, 10_000, " of sweeps")
     exact = exact_mpc(problem)
+    if modes is not None and problem.rows.cones:
+        raise refusal("predictive_design(modes=...)", "left out where a limit is a cone, which takes ADMM", modes)
     if modes is not None:
         modes = whole("predictive_design(modes=...)", modes, 0, min(MOST_MODES, len(exact.numbers.low)), " of modes")
     return choose_sweeps(exact, limit_sample(exact, plant_states), wanted, count, modes)

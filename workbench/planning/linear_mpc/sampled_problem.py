@@ -116,4 +116,6 @@ def _about_rest(
         C = matrix("MpcLimits(outputs=...)", "C", outputs[0], columns=len(x0))
         low, high = bounds("MpcLimits(outputs=...)", outputs[1], output_labels(limits, len(C)))
         outputs = C, (low - C @ x0, high - C @ x0)
-    return replace(limits, inputs=inputs, states=states, outputs=outputs)
+    values = dict(zip((*names[0], *names[1]), (*x0.tolist(), *u0.tolist()), strict=True))
+    cones = tuple(cone.about(values) for cone in limits.cones)
+    return replace(limits, inputs=inputs, states=states, outputs=outputs, cones=cones)

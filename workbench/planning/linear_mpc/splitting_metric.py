@@ -111,6 +111,7 @@ def splitting_numbers(
         metric.contraction,
         metric.is_proved,
         problem.rows.has_rates,
+        problem.rows.cones,
     )
 
 
