@@ -198,6 +198,11 @@ class ModelPredictive(AbstractController):
         return self.inputs
 
     @property
+    def command_limits(self) -> tuple[Vector, Vector]:
+        """The limits (nu,) of the command, in the units of the inputs."""
+        return self.low[: self.inputs.size] + self.u0, self.high[: self.inputs.size] + self.u0
+
+    @property
     def _counts(self) -> tuple[int, int, int]:
         """The numbers of states of the model, of inputs, and of rows of a stage."""
         return self.A.shape[0], self.inputs.size, self.low.shape[0]

@@ -17,6 +17,7 @@ References: Qi and Sun (1993), A nonsmooth version of Newton's method, Math. Pro
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +27,8 @@ from workbench.core.validation.refusals import Array
 from workbench.planning.linear_mpc.cone_limits import StageCone, is_beyond, nearest
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
-SWEEPS, ROUNDS = 30, 60  # of ADMM before each trial of Newton's method, and of such trials
-STEPS, PATIENCE = 40, 6  # of Newton's method, and of those in a row that do not lessen the residual
+SWEEPS, ROUNDS = 30, 20  # of ADMM before each trial of Newton's method, and of such trials
+STEPS, PATIENCE = 20, 3  # of Newton's method, and of those in a row that do not lessen the residual
 RELAXATION = 1.6
 DONE = 1e-13  # of the rows: a residual below it is rounding
 GOOD = 1e-8
@@ -60,7 +61,7 @@ class ConicSolver:
         """The nearest rows (M,) within all limits and cones."""
         return nearest(self.cones, self.problem.rows.count, y, *self.ends)
 
-    @property
+    @cached_property
     def ends(self) -> tuple[Array, Array]:
         """The limits (M,), with none on the rows of cones, whose limits are implied by others."""
         low, high = self.problem.low, self.problem.high
@@ -140,9 +141,10 @@ class ConicSolver:
             columns.append(([i], [1.0]))
             extra.append(0.0)
         for cone in self.cones:
-            for k, stage in enumerate(zeta.reshape(-1, nc)):
+            stages = zeta.reshape(-1, nc)
+            for k in np.flatnonzero(cone.excess(stages) > 0):
                 places = [k * nc + row for row in cone.rows]
-                for direction, mu in cone_directions(cone, stage):
+                for direction, mu in cone_directions(cone, stages[k]):
                     columns.append((places, list(direction)))
                     extra.append(self.sigma[places[0]] * (1 - mu) / mu)
         U = np.zeros((len(zeta), len(columns)))
@@ -171,9 +173,10 @@ def cone_directions(cone: StageCone, stage: Array) -> list[tuple[Array, float]]:
         return [(unit, 1.0) for unit in np.eye(len(cone.rows))]
     n = across / size
     normal = n if cone.axial is None else np.r_[n, -slope] / np.sqrt(1 + slope**2)
-    others = np.linalg.svd(n[None, :])[2][1:]  # an orthonormal basis across n
+    mirror = n + np.copysign(1.0, n[0]) * np.eye(m)[0]
+    others = (np.eye(m) - np.outer(mirror, mirror) * (2 / float(mirror @ mirror)))[1:]  # an orthonormal basis across n
     tail = [] if cone.axial is None else [0.0]
-    return [(normal, 1.0), *((np.r_[other, tail], share) for other in others[: m - 1])]
+    return [(normal, 1.0), *((np.r_[other, tail], share) for other in others)]
 
 
 def conic_solver(problem: LinearMpc, D: Array, T: Array) -> ConicSolver:
