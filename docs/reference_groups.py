@@ -111,6 +111,7 @@ GROUPS = (
             "StateFeedback": "Linear feedback of the state about an operating point.",
             "LinearLaw": "A linear system of python-control as a law.",
             "ScheduledLaw": "A law whose numbers are interpolated over a signal: gain scheduling.",
+            "SafetyFilter": "Another law's command where it is safe, else a safe one near to it.",
             "ModelPredictive": "A law that plans within limits in each period, by a fixed number of sweeps.",
             "NonlinearPredictive": "A law that plans with the nonlinear plant, linearised anew in each period.",
             "LimitedLaw": "A linear law with limits of its command and anti-windup.",

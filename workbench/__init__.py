@@ -17,7 +17,7 @@ _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.bounded_loop": "bounded_loop",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive NonlinearPredictive PID ScheduledLaw "
+    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive NonlinearPredictive PID SafetyFilter ScheduledLaw "
     "StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",

@@ -104,8 +104,9 @@ def published_table() -> wb.document.ReportTable:
         f"Times of one iteration, not of a period, in single precision on real boards; {SOURCE}. They are times and "
         "not instructions, and no board is at hand here: the two tables cannot be divided by each other. A dash: out "
         "of memory, or not published.",
-        "The safety filter follows planned inputs within hard limits on states, and the rocket has a cone of thrust: "
-        "this law has neither. The rocket in the tables above has the limits of its inputs alone.",
+        "The rocket with its cone in the tables above has the model, weights, limits and cone of that benchmark, "
+        "rocket_landing/gen_rocket.py, but a disturbance in the place of its descent. OSQP poses no cone. The safety "
+        "filter follows planned inputs within hard limits on states, which this law does not pose.",
     )
     rows = tuple((stages, *times) for stages, times in PUBLISHED.items())
     return wb.document.ReportTable("predictive_published", "Published times of TinyMPC and OSQP.", columns, rows, notes)

@@ -20,7 +20,7 @@ from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
-from workbench.planning.linear_mpc.law_claims import law_claims
+from workbench.planning.linear_mpc.law_claims import filter_claims, law_claims
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
 from workbench.planning.linear_mpc.limit_sample import limit_sample
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
@@ -29,6 +29,7 @@ from workbench.planning.linear_mpc.offset_design import OutputPoint, offset_desi
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_sweeps, method_in_words
+from workbench.planning.linear_mpc.terminal_ellipsoid import terminal_set
 
 RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
 ROUNDING = 1e-6
@@ -117,6 +118,17 @@ class PredictiveDesign:
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }
+
+    @property
+    def filter_arguments(self) -> Mapping[str, object]:
+        """The terminal ellipsoid, for `SafetyFilter`; a DesignError where the problem has none."""
+        ends = terminal_set(self.problem)
+        return {"P": ends.P, "level": ends.level}
+
+    @property
+    def filter_claims(self) -> tuple[Claim, ...]:
+        """What is proved of a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
+        return filter_claims(terminal_set(self.problem))
 
     @property
     def observer_arguments(self) -> Mapping[str, object]:

@@ -1,0 +1,255 @@
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.laws.limit_cones import LimitCone, inputs_within_limits, passes_limits
+from workbench.blocks.laws.model_predictive import ModelPredictive
+from workbench.blocks.laws.predictive_ports import column
+from workbench.blocks.laws.predictive_sweeps import admm_sweep, metric_sweep
+from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
+from workbench.blocks.loop.wiring import prefix_names, strip_prefix
+from workbench.core import Entry, Layout, Signals, block, parameter
+from workbench.core.block import Matrix, Number, Vector
+from workbench.core.bounded_loop import bounded_loop
+from workbench.core.units import ANY
+from workbench.core.validation.refusals import finite, refusal
+
+NOMINAL, PLANNED, STORED = 0.0, 1.0, 2.0  # values of the memory `choice`
+
+
+class FilterAnswer(NamedTuple):
+    """The input (nu, 1) about the rest, the choice, the next stored plan (nu, N), and the next memory of the sweeps."""
+
+    v: ca.SX
+    choice: ca.SX
+    stored: ca.SX
+    plan: ca.SX
+    residual: ca.SX
+
+
+@block
+class SafetyFilter(AbstractController):
+    """A predictive safety filter: the command of another law where it is safe, else a safe one near to it.
+
+    A plan is safe if it keeps all limits of the linear model for N stages and ends where x'P x <= level, in which the
+    LQR law u = u0 - K (x - x0) keeps them forever. In each period the filter takes the first of these that is safe:
+
+    - the command u_n of the law, with the LQR law behind it;
+    - the plan u = -K x + d of least (d_0 - d_n)'S (d_0 - d_n) + d_1'S d_1 + ..., d_n = u_n + K x, by a fixed number of
+      sweeps within limits that are narrower by `margin`, each input moved into its limits;
+    - the plan of the period before, from its second stage on.
+
+    So without disturbances the limits are kept forever if one plan was safe, however many sweeps are made: see
+    `PredictiveDesign.filter_claims`. `SafetyFilter.of` makes the filter of a design. The memory `choice` is 0, 1 or 2.
+
+    Parameters
+    ----------
+    planner
+        The predictive law of the design, with the narrower limits.
+    law
+        The law whose command is filtered. None for a command that comes as a reference of the plant's inputs.
+    P, level
+        The terminal ellipsoid x'P x <= level, (nx, nx) and a number.
+    low, high
+        The limits of the rows, (nc,), as `planner` has them, but not narrower.
+    cones
+        The cones among the rows, not narrower.
+
+    References
+    ----------
+    Wabersich and Zeilinger (2021), A predictive safety filter for learning-based control of constrained nonlinear
+    dynamical systems, Automatica 129.
+
+    Examples
+    --------
+    >>> plant = wb.CartPole()
+    >>> cart = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> limits = {"F": (-3.0, 3.0), "x": (-0.5, 0.5)}
+    >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits=limits, soft_weight=1e4)
+    >>> wb.SafetyFilter.of(plant, design).follows.names
+    ('F',)
+    """
+
+    planner: ModelPredictive
+    law: AbstractController | None
+    P: Matrix = parameter(unit=ANY, shape=("nx", "nx"), is_derived=True)
+    level: float = parameter(unit=ANY, low=0, is_derived=True)
+    low: Vector = parameter(unit=ANY, shape=("nc",))
+    high: Vector = parameter(unit=ANY, shape=("nc",))
+    cones: tuple[LimitCone, ...] = ()
+
+    @staticmethod
+    def of(
+        plant: AbstractPlant, design: object, law: AbstractController | None = None, margin: float = 0.01
+    ) -> SafetyFilter:
+        """The safety filter of a design for a plant, once in its period. It reads an estimate of each state.
+
+        Parameters
+        ----------
+        plant
+            The plant.
+        design
+            The result of `predictive_design` with limits of inputs, states or outputs, without `delay`, `rate_limits`
+            and `offset_free`.
+        law
+            The law whose command is filtered; by default the command is a reference of the plant's inputs.
+        margin
+            By how much limits of states are narrower for the plan of the sweeps, as a share of their distance from the
+            rest. A plan whose sweeps are not done is then still safe.
+
+        Raises
+        ------
+        ValueError
+            If `design` is no such result, or the law drives other signals than the plant's inputs.
+        DesignError
+            If the design has no terminal ellipsoid, as that of limits of changes.
+        """
+        own = getattr(design, "filter_arguments", None)
+        if not isinstance(own, Mapping):
+            raise refusal("SafetyFilter.of(design=...)", "the result of `predictive_design`", design)
+        share = 1 - finite("SafetyFilter.of(margin=...)", margin, low=0.0, high=0.9)
+        planner = ModelPredictive.of(plant, design)
+        if planner.target is not None or planner.A.shape[0] > plant.states.size:
+            raise refusal("SafetyFilter.of(design=...)", "a design without `delay` and `offset_free`", design)
+        if law is not None and law.drives.labels != plant.inputs.labels:
+            raise refusal(
+                "SafetyFilter.of(law=...)", f"a law that drives {', '.join(plant.inputs.labels)}", law.drives.labels
+            )
+        narrow = np.r_[np.ones(plant.inputs.size), np.full(len(planner.low) - plant.inputs.size, share)]
+        cones = tuple(
+            cone if cone.inputs else replace(cone, offset=cone.offset - (1 - share) * abs(cone.offset))
+            for cone in planner.cones
+        )
+        inner = replace(planner, low=planner.low * narrow, high=planner.high * narrow, cones=cones)
+        made = SafetyFilter(inner, law, **own, low=planner.low, high=planner.high, cones=planner.cones)
+        return made.run_every(planner.period)
+
+    # ports
+
+    @property
+    def reads(self) -> Layout:
+        own = self.planner.states
+        more = () if self.law is None else tuple(e for e in self.law.reads.entries if e.name not in own)
+        return own + Layout(more)
+
+    @property
+    def follows(self) -> Layout:
+        return self.planner.inputs if self.law is None else self.law.follows
+
+    @property
+    def drives(self) -> Layout:
+        return self.planner.inputs
+
+    @property
+    def memory(self) -> Layout:
+        N, nc, nu = self.planner.horizon, self.low.shape[0], self.drives.size
+        own = Layout(
+            (
+                Entry("plan", np.zeros(N * nc), ANY),
+                Entry("stored", np.zeros(N * nu), ANY),
+                Entry("choice", np.zeros(()), "1"),
+                Entry("residual", np.zeros(()), "1"),
+            )
+        )
+        return own if self.law is None else own + self.law.memory.with_prefix("law.")
+
+    @property
+    def command_limits(self) -> tuple[Vector, Vector]:
+        """The limits (nu,) of the command, in the units of the inputs."""
+        nu, u0 = self.drives.size, self.planner.u0
+        return self.low[:nu] + u0, self.high[:nu] + u0
+
+    @property
+    def K(self) -> Matrix:
+        """The gain of the LQR law, (nu, nx)."""
+        return self.planner.K
+
+    # equations
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        nominal = self._nominal(t, z, est, ref)
+        answer = self._answer(z, est, nominal)
+        u = ca.if_else(answer.choice == NOMINAL, nominal, self.planner.u0 + answer.v)
+        return Signals(self.drives.view(u))
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The plans of the next period, the choice, the residual, and the memory of the law."""
+        answer = self._answer(z, est, self._nominal(t, z, est, ref))
+        following = {
+            "plan": ca.vec(answer.plan),
+            "stored": ca.vec(answer.stored),
+            "choice": answer.choice,
+            "residual": answer.residual,
+        }
+        if self.law is None:
+            return following
+        after = self.law.advance(t, *self._of_law(z, est, ref), self.period)
+        return following | prefix_names({"law": after})
+
+    def _of_law(self, z: Parts, est: Reads, ref: Follows) -> tuple[Signals, Signals, Signals]:
+        assert self.law is not None
+        names = self.law.reads.names
+        return Signals(strip_prefix("law", z)), Signals({name: est[name] for name in names}), Signals(dict(ref))
+
+    def _nominal(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """The command (nu, 1) of the law, or of the reference."""
+        signals = ref if self.law is None else self.law.command(t, *self._of_law(z, est, ref))
+        return column(signals, self.drives)
+
+    def _answer(self, z: Parts, est: Reads, nominal: ca.SX) -> FilterAnswer:
+        """The first safe input of the three, and what the next period needs."""
+        own, N, nu = self.planner, self.planner.horizon, self.drives.size
+        e = column(est, own.states) - own.x0
+        first = nominal - own.u0 + own.K @ e
+        alone = ca.horzcat(first, ca.SX.zeros(nu, N - 1))
+        is_nominal_safe = self._is_safe(e, alone)
+        rows, closed = own.F - own.E @ own.K, own.A - own.B @ own.K
+        nc, kept = self.low.shape[0], ca.reshape(z["plan"], -1, N)
+
+        def start(c: ca.SX, d: ca.SX, memory: ca.SX) -> tuple[ca.SX, ...]:
+            base = rows @ c + own.E @ d
+            return closed @ c + own.B @ d, base, memory + base
+
+        one = metric_sweep if own.gains is None else admm_sweep
+
+        def sweep(both: ca.SX, base: ca.SX, safe: ca.SX) -> tuple[ca.SX, ...]:
+            swept = ca.vertcat(*one(own, ca.reshape(both[:-1], nc, N), base))
+            return (ca.if_else(safe, both, swept),)
+
+        _, base, zeta = bounded_loop(N, start, e, alone, kept)
+        begun = ca.vertcat(ca.vec(zeta), 0.0)
+        (both,) = bounded_loop(own.sweeps, sweep, begun, constants=(base, is_nominal_safe))
+        zeta = ca.reshape(both[:-1], nc, N)
+
+        def ahead(c: ca.SX, row: ca.SX) -> tuple[ca.SX, ...]:
+            v = inputs_within_limits(self, row)
+            return own.A @ c + own.B @ v, v + own.K @ c
+
+        _, planned = bounded_loop(N, ahead, e, zeta[:nu, :])
+        is_plan_safe = self._is_safe(e, planned)
+        stored = ca.reshape(z["stored"], nu, N)
+        choice = ca.if_else(is_nominal_safe, NOMINAL, ca.if_else(is_plan_safe, PLANNED, STORED))
+        d = ca.if_else(is_nominal_safe, alone, ca.if_else(is_plan_safe, planned, stored))
+        v = inputs_within_limits(self, d[:, 0] - own.K @ e)
+        shifted = ca.horzcat(zeta[:, 1:], zeta[:, -1]) - ca.horzcat(base[:, 1:], base[:, -1])
+        plan = ca.if_else(is_nominal_safe, ca.SX.zeros(nc, N), shifted)
+        following = ca.horzcat(d[:, 1:], ca.SX.zeros(nu, 1))
+        return FilterAnswer(v, choice, following, plan, both[-1])
+
+    def _is_safe(self, e: ca.SX, d: ca.SX) -> ca.SX:
+        """1 if the plan u = -K x + d from e (nx, 1), with d (nu, N), is safe."""
+        own, nx = self.planner, e.numel()
+        rows, closed = own.F - own.E @ own.K, own.A - own.B @ own.K
+
+        def stage(c: ca.SX, change: ca.SX) -> tuple[ca.SX, ...]:
+            beyond = passes_limits(self, rows @ c[:nx] + own.E @ change)
+            return (ca.vertcat(closed @ c[:nx] + own.B @ change, ca.fmax(c[nx], beyond)),)
+
+        (end,) = bounded_loop(own.horizon, stage, ca.vertcat(e, 0.0), d)
+        last = end[:nx]
+        return ca.logic_and(end[nx] == 0, last.T @ self.P @ last <= self.level)
