@@ -37,9 +37,7 @@ def design(*cones, horizon=8, sweeps=8):
     limits = {"T_z": (20.0, 120.0), "T_x": (-15.0, 40.0)}
     linear = wb.linearize(wb.open_loop(Lander()), t=0.0, x=np.zeros(6), u=[GRAVITY, 0.0, 0.0], at_rest=True)
     weights = np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1]), 1e-3 * np.eye(3)
-    return wb.predictive_design(
-        linear, 0.1, *weights, horizon, limits=limits, cones=cones or (THRUST,), sweeps=sweeps
-    )
+    return wb.predictive_design(linear, 0.1, *weights, horizon, limits=limits, cones=cones or (THRUST,), sweeps=sweeps)
 
 
 def loop_of(one, plant=None, **options):
@@ -107,8 +105,9 @@ def test_the_linear_loop_at_rest_is_that_of_lqr():
     law = wb.StateFeedback.of(plant, one.problem.K, u0=[GRAVITY, 0.0, 0.0])
     linear = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law)
     below = {"controller.worst": -1}  # the largest residual so far has a corner where none was yet
-    loops = wb.linear_loop(wb.DigitalLoop(loop_of(one, plant), 0.1), side=below), wb.linear_loop(
-        wb.DigitalLoop(linear, 0.1)
+    loops = (
+        wb.linear_loop(wb.DigitalLoop(loop_of(one, plant), 0.1), side=below),
+        wb.linear_loop(wb.DigitalLoop(linear, 0.1)),
     )
     margins = [loop.margins()["T_x"].margins.phase_margin.value for loop in loops]
     assert margins[0] == pytest.approx(margins[1], rel=1e-9)  # two roads to one L

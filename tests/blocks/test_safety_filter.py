@@ -12,7 +12,7 @@ from workbench.design.matrices import DesignError
 from workbench.handover.c99.c_files import c_code
 
 LIMITS = {"a": (-2.0, 2.0), "p": (-1.5, 1.0), "v": (-1.2, 1.2)}
-NOMINAL, PLANNED, STORED = 0, 1, 2
+NOMINAL, BETWEEN, UNPROVED = 0, 1, 2
 
 
 @wb.block
@@ -70,16 +70,16 @@ def test_no_limit_is_passed_whatever_the_law_does_and_however_many_sweeps_are_ma
     law = wb.SafetyFilter.of(Axis(), design(sweeps), nominal(gain))
     run = run_of(law, step=step)
     for values, (low, high) in zip(signals(run), (LIMITS["p"], LIMITS["v"], LIMITS["a"]), strict=True):
-        assert low - 1e-12 <= values.min() and values.max() <= high + 1e-12  # of 80 roundings of the march
-    assert np.isin(choices(run), (PLANNED, STORED)).sum() > 5
-    with np.errstate(over="ignore"):
-        p, v, a = signals(run_of(nominal(gain).run_every(0.1), step=step, until=2.0))
-    assert np.abs(a).max() > 2.0  # the law alone passes a limit
+        assert values.min() >= low - 1e-12  # of 80 roundings of the march
+        assert values.max() <= high + 1e-12
+    assert np.isin(choices(run), (BETWEEN,)).sum() > 5
+    alone = run_of(nominal(gain).run_every(0.1), step=step, until=2.0)
+    assert np.abs(alone["a"]).max() > 2.0  # the law alone passes a limit
 
 
 def test_a_filtered_law_comes_near_to_the_limit_that_its_reference_lies_beyond():
-    p, _, _ = signals(run_of(wb.SafetyFilter.of(Axis(), design(30), nominal()), until=15.0))
-    assert 0.9 < p[-1] <= 1.0
+    p, _, _ = signals(run_of(wb.SafetyFilter.of(Axis(), design(3), nominal()), until=15.0))
+    assert 0.99 < p[-1] <= 1.0 + 1e-12
 
 
 def test_a_command_of_a_human_is_a_reference_of_the_inputs():
@@ -108,7 +108,7 @@ def test_the_plan_is_that_of_a_peer_within_the_narrower_limits():
         narrow = np.r_[1.0, 0.98, 0.98]
         answer = solver(lbg=np.tile(problem.rows.low * narrow, 12), ubg=np.tile(problem.rows.high * narrow, 12))
         first = float(answer["x"][0]) - float(K[0] @ x)
-        if choices(run)[0] == PLANNED:
+        if choices(run)[0] == BETWEEN:
             planned += 1
             assert np.asarray(run["a"])[0, 0, 0] == pytest.approx(first, abs=1e-2)  # of a span of 4, after 100 sweeps
     assert planned >= 2
@@ -133,6 +133,8 @@ def test_unfit_parts_are_refused_in_one_sentence():
     other = wb.StateFeedback.of(wb.CartPole(), [[1.0, 1.0, 1.0, 1.0]])
     with pytest.raises(ValueError, match="a law that drives a; got"):
         wb.SafetyFilter.of(Axis(), design(), other)
+    with pytest.raises(ValueError, match=r"a law without a period, or of 0.1 s; got 0.2"):
+        wb.SafetyFilter.of(Axis(), design(), nominal().run_every(0.2))
     with pytest.raises(ValueError, match=r"margin=...\)` must be a finite number"):
         wb.SafetyFilter.of(Axis(), design(), margin=1.0)
     with pytest.raises(DesignError, match="leave out limits on rates"):

@@ -129,7 +129,9 @@ def test_from_inside_all_limits_the_answer_is_lqr():
 
 def test_a_state_that_no_input_can_save_is_refused():
     exact = exact_mpc(lander(6, (THRUST, GLIDE), states=([-5.0] * 3 + [-10.0] * 3, [5.0] * 3 + [10.0] * 3)))
-    with pytest.raises(MpcConflictError, match="no input keeps the limits on .*cone of x, y about z from this") as refusal:
+    with pytest.raises(
+        MpcConflictError, match="no input keeps the limits on .*cone of x, y about z from this"
+    ) as refusal:
         exact.solve([4.9, 0.0, 4.9, 9.0, 0.0, 0.0])
     assert refusal.value.proof.margin > 0
     with pytest.raises(DesignError, match="neither an optimum nor a conflict of the limits can be certified"):
@@ -194,7 +196,8 @@ def test_in_the_terminal_ellipsoid_lqr_keeps_the_cone():
         y = x @ (problem.rows.F - problem.rows.E @ ends.K).T
         for cone in problem.rows.cones:
             assert cone.excess(y).max() <= 0
-        assert (y <= problem.rows.high).all() and (y >= problem.rows.low).all()
+        assert (y <= problem.rows.high).all()
+        assert (y >= problem.rows.low).all()
 
 
 def test_the_sampled_loss_knows_cones_and_the_gap_of_a_plan_refuses_them():
@@ -238,7 +241,10 @@ def test_bad_cones_are_refused_in_one_sentence(change, message):
         ({"cones": (wb.ConeLimit(("x",), "T_z", slope=0.2),)}, "all inputs, or all states"),
         ({"cones": (wb.ConeLimit(("T_x",), "T_z", slope=0.2, offset=-50.0),)}, "it lies 30.38 outside of the cone of"),
         ({"cones": (wb.ConeLimit(("T_x",), offset=9.0), wb.ConeLimit(("T_x",), offset=8.0))}, "'T_x' stands in two"),
-        ({"limits": {"T_x": (-9.0, 9.0)}, "cones": (wb.ConeLimit(("T_x",), "T_z", slope=1.0, centre=(10.0,)),)}, "axis"),
+        (
+            {"limits": {"T_x": (-9.0, 9.0)}, "cones": (wb.ConeLimit(("T_x",), "T_z", slope=1.0, centre=(10.0,)),)},
+            "axis",
+        ),
         ({"rate_limits": {"T_x": (-1.0, 1.0)}}, "must not limit both changes and cones of inputs"),
         ({"modes": 2}, "left out where a limit is a cone"),
         ({"cones": "T_x"}, "cones"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import reduce
 from typing import Protocol
 
 import casadi as ca
@@ -46,6 +45,11 @@ class LimitCone:
         radius = self.slope * along + self.offset
         return ca.logic_or(radius < 0, ca.sumsqr(across) > radius * radius)
 
+    def excess(self, y: ca.SX) -> ca.SX:
+        """The distance of rows y (nc, 1) from the cone across its axis, above zero outside."""
+        across, along = self._parts(y, self.lateral, self.axial)
+        return ca.sqrt(ca.fmax(ca.sumsqr(across), SMALLEST)) - self.slope * along - self.offset
+
     def nearest(self, y: ca.SX, into: ca.SX) -> ca.SX:
         """The rows `into` (nc, 1), with those of the cone at its nearest point to y (nc, 1)."""
         return self._moved(y, into, self.lateral, self.axial, None, 1.0)
@@ -64,9 +68,7 @@ class LimitCone:
     def _parts(self, y: ca.SX, lateral: tuple[int, ...], axial: int) -> tuple[ca.SX, ca.SX]:
         return ca.vertcat(*(y[place] for place in lateral)) - self.centre, ca.SX(0.0) if axial < 0 else y[axial]
 
-    def _moved(
-        self, y: ca.SX, into: ca.SX, lateral: tuple[int, ...], axial: int, ends: Ends, share: float
-    ) -> ca.SX:
+    def _moved(self, y: ca.SX, into: ca.SX, lateral: tuple[int, ...], axial: int, ends: Ends, share: float) -> ca.SX:
         across, along = self._parts(y, lateral, axial)
         size = ca.sqrt(ca.fmax(ca.sumsqr(across), SMALLEST))
         outside = size > self.slope * along + self.offset
@@ -98,20 +100,27 @@ class StageLimits(Protocol):
 def within_limits(law: StageLimits, y: ca.SX) -> ca.SX:
     """The nearest rows to y (nc, 1) within the limits and the cones of a stage."""
     v = ca.fmin(ca.fmax(y, law.low), law.high)
-    return reduce(lambda rows, cone: cone.nearest(y, rows), law.cones, v)
+    for cone in law.cones:
+        v = cone.nearest(y, v)
+    return v
 
 
 def passes_limits(law: StageLimits, y: ca.SX) -> ca.SX:
     """1 if a row of y (nc, 1) passes a limit, or lies outside of a cone."""
     passes = ca.mmax(ca.logic_or(y < law.low, y > law.high))
-    return reduce(lambda some, cone: ca.fmax(some, cone.is_passed(y)), law.cones, passes)
+    for cone in law.cones:
+        passes = ca.fmax(passes, cone.is_passed(y))
+    return passes
 
 
 def inputs_within_limits(law: StageLimits, v: ca.SX) -> ca.SX:
     """Inputs within the limits and the cones of inputs, near to inputs v (nu, 1)."""
     nu = law.K.shape[0]
     low, high = law.low[:nu], law.high[:nu]
-    return reduce(lambda u, cone: cone.keep(u, low, high), law.cones, ca.fmin(ca.fmax(v, low), high))
+    u = ca.fmin(ca.fmax(v, low), high)
+    for cone in law.cones:
+        u = cone.keep(u, low, high)
+    return u
 
 
 def cones_of(cones: Iterable[object], safe: Array | None) -> tuple[LimitCone, ...]:
@@ -119,7 +128,7 @@ def cones_of(cones: Iterable[object], safe: Array | None) -> tuple[LimitCone, ..
     made = []
     for cone in cones:
         numbers = {name: getattr(cone, name) for name in ("lateral", "inputs", "slope", "offset", "centre")}
-        axial = getattr(cone, "axial")
+        axial = cone.axial
         made.append(LimitCone(axial=-1 if axial is None else axial, **numbers))
         if safe is None or not made[-1].inputs:
             continue
@@ -128,7 +137,7 @@ def cones_of(cones: Iterable[object], safe: Array | None) -> tuple[LimitCone, ..
         over = np.linalg.norm(values[: len(made[-1].lateral)] - made[-1].centre) - made[-1].slope * along
         if over > made[-1].offset:
             raise ValueError(
-                f"`ModelPredictive.of(safe_command=...)` must keep the {getattr(cone, 'name')}; it lies "
+                f"`ModelPredictive.of(safe_command=...)` must keep the {cone.name}; it lies "
                 f"{over - made[-1].offset:.4g} outside."
             )
     return tuple(made)

@@ -287,7 +287,7 @@ class ModelPredictive(AbstractController):
         return About(ca.vertcat(e, z["sent"]) if waiting else e, at, push, valid)
 
     def _first_input(self, answer: PeriodAnswer, about: About) -> ca.SX:
-        """The first input of the plan within its limits and cones, and within those of its change from the input before."""
+        """The first input of the plan within its limits, those of its change from the input before, and its cones."""
         nu, last = self.inputs.size, about.e[-self.inputs.size :]
         v = inputs_within_limits(self, ca.if_else(answer.outside, answer.zeta[:nu], answer.lqr[:nu, 0]))
         if self.rates:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.laws.limit_cones import LimitCone, inputs_within_limits, passes_limits
+from workbench.blocks.laws.limit_cones import LimitCone, inputs_within_limits
 from workbench.blocks.laws.model_predictive import ModelPredictive
 from workbench.blocks.laws.predictive_ports import column
 from workbench.blocks.laws.predictive_sweeps import admm_sweep, metric_sweep
+from workbench.blocks.laws.safe_plans import is_safe_plan, largest_safe_share
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
 from workbench.blocks.loop.wiring import prefix_names, strip_prefix
 from workbench.core import Entry, Layout, Signals, block, parameter
@@ -19,7 +20,7 @@ from workbench.core.bounded_loop import bounded_loop
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import finite, refusal
 
-NOMINAL, PLANNED, STORED = 0.0, 1.0, 2.0  # values of the memory `choice`
+NOMINAL, BETWEEN, UNPROVED = 0.0, 1.0, 2.0  # values of the memory `choice`
 
 
 class FilterAnswer(NamedTuple):
@@ -37,15 +38,16 @@ class SafetyFilter(AbstractController):
     """A predictive safety filter: the command of another law where it is safe, else a safe one near to it.
 
     A plan is safe if it keeps all limits of the linear model for N stages and ends where x'P x <= level, in which the
-    LQR law u = u0 - K (x - x0) keeps them forever. In each period the filter takes the first of these that is safe:
+    LQR law u = u0 - K (x - x0) keeps them forever. In each period the filter takes the first of these that exists:
 
     - the command u_n of the law, with the LQR law behind it;
-    - the plan u = -K x + d of least (d_0 - d_n)'S (d_0 - d_n) + d_1'S d_1 + ..., d_n = u_n + K x, by a fixed number of
-      sweeps within limits that are narrower by `margin`, each input moved into its limits;
-    - the plan of the period before, from its second stage on.
+    - the farthest safe plan on the way from the plan of the period before, without its first stage, to the plan
+      u = -K x + d of least (d_0 - d_n)'S (d_0 - d_n) + d_1'S d_1 + ..., d_n = u_n + K x. A fixed number of sweeps finds
+      it, within limits that are narrower by `margin`, and each input is moved into its limits.
 
     So without disturbances the limits are kept forever if one plan was safe, however many sweeps are made: see
-    `PredictiveDesign.filter_claims`. `SafetyFilter.of` makes the filter of a design. The memory `choice` is 0, 1 or 2.
+    `PredictiveDesign.filter_claims`. The memory `choice` is 0 and 1 for these, and 2 where neither is safe: the plan of
+    the sweeps is then taken as it is. `SafetyFilter.of` makes the filter of a design.
 
     Parameters
     ----------
@@ -100,12 +102,13 @@ class SafetyFilter(AbstractController):
             The law whose command is filtered; by default the command is a reference of the plant's inputs.
         margin
             By how much limits of states are narrower for the plan of the sweeps, as a share of their distance from the
-            rest. A plan whose sweeps are not done is then still safe.
+            rest. A plan whose sweeps are not done is then more often safe.
 
         Raises
         ------
         ValueError
-            If `design` is no such result, or the law drives other signals than the plant's inputs.
+            If `design` is no such result, or the law drives other signals than the plant's inputs or has another
+            period.
         DesignError
             If the design has no terminal ellipsoid, as that of limits of changes.
         """
@@ -120,6 +123,8 @@ class SafetyFilter(AbstractController):
             raise refusal(
                 "SafetyFilter.of(law=...)", f"a law that drives {', '.join(plant.inputs.labels)}", law.drives.labels
             )
+        if law is not None and law.period not in (None, planner.period):
+            raise refusal("SafetyFilter.of(law=...)", f"a law without a period, or of {planner.period:g} s", law.period)
         narrow = np.r_[np.ones(plant.inputs.size), np.full(len(planner.low) - plant.inputs.size, share)]
         cones = tuple(
             cone if cone.inputs else replace(cone, offset=cone.offset - (1 - share) * abs(cone.offset))
@@ -127,7 +132,9 @@ class SafetyFilter(AbstractController):
         )
         inner = replace(planner, low=planner.low * narrow, high=planner.high * narrow, cones=cones)
         made = SafetyFilter(inner, law, **own, low=planner.low, high=planner.high, cones=planner.cones)
-        return made.run_every(planner.period)
+        period = planner.period
+        assert period is not None  # as each design has one
+        return made.run_every(period)
 
     # ports
 
@@ -188,8 +195,15 @@ class SafetyFilter(AbstractController):
         }
         if self.law is None:
             return following
-        after = self.law.advance(t, *self._of_law(z, est, ref), self.period)
+        assert self.period is not None
+        after = self._held.advance(t, *self._of_law(z, est, ref), self.period)
         return following | prefix_names({"law": after})
+
+    @property
+    def _held(self) -> AbstractController:
+        """The law in the period of the filter."""
+        assert self.law is not None
+        return self.law if self.period is None else self.law.run_every(self.period)
 
     def _of_law(self, z: Parts, est: Reads, ref: Follows) -> tuple[Signals, Signals, Signals]:
         assert self.law is not None
@@ -198,7 +212,7 @@ class SafetyFilter(AbstractController):
 
     def _nominal(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The command (nu, 1) of the law, or of the reference."""
-        signals = ref if self.law is None else self.law.command(t, *self._of_law(z, est, ref))
+        signals = ref if self.law is None else self._held.command(t, *self._of_law(z, est, ref))
         return column(signals, self.drives)
 
     def _answer(self, z: Parts, est: Reads, nominal: ca.SX) -> FilterAnswer:
@@ -207,7 +221,7 @@ class SafetyFilter(AbstractController):
         e = column(est, own.states) - own.x0
         first = nominal - own.u0 + own.K @ e
         alone = ca.horzcat(first, ca.SX.zeros(nu, N - 1))
-        is_nominal_safe = self._is_safe(e, alone)
+        is_nominal_safe = is_safe_plan(self, e, alone)
         rows, closed = own.F - own.E @ own.K, own.A - own.B @ own.K
         nc, kept = self.low.shape[0], ca.reshape(z["plan"], -1, N)
 
@@ -231,25 +245,13 @@ class SafetyFilter(AbstractController):
             return own.A @ c + own.B @ v, v + own.K @ c
 
         _, planned = bounded_loop(N, ahead, e, zeta[:nu, :])
-        is_plan_safe = self._is_safe(e, planned)
         stored = ca.reshape(z["stored"], nu, N)
-        choice = ca.if_else(is_nominal_safe, NOMINAL, ca.if_else(is_plan_safe, PLANNED, STORED))
-        d = ca.if_else(is_nominal_safe, alone, ca.if_else(is_plan_safe, planned, stored))
+        share, is_safe = largest_safe_share(self, e, stored, planned)
+        between = stored + (planned - stored) * share
+        choice = ca.if_else(is_nominal_safe, NOMINAL, ca.if_else(is_safe, BETWEEN, UNPROVED))
+        d = ca.if_else(is_nominal_safe, alone, ca.if_else(is_safe, between, planned))
         v = inputs_within_limits(self, d[:, 0] - own.K @ e)
-        shifted = ca.horzcat(zeta[:, 1:], zeta[:, -1]) - ca.horzcat(base[:, 1:], base[:, -1])
-        plan = ca.if_else(is_nominal_safe, ca.SX.zeros(nc, N), shifted)
+        # Not shifted by a stage: what the filter corrects begins at the first stage again.
+        plan = ca.if_else(is_nominal_safe, ca.SX.zeros(nc, N), zeta - base)
         following = ca.horzcat(d[:, 1:], ca.SX.zeros(nu, 1))
         return FilterAnswer(v, choice, following, plan, both[-1])
-
-    def _is_safe(self, e: ca.SX, d: ca.SX) -> ca.SX:
-        """1 if the plan u = -K x + d from e (nx, 1), with d (nu, N), is safe."""
-        own, nx = self.planner, e.numel()
-        rows, closed = own.F - own.E @ own.K, own.A - own.B @ own.K
-
-        def stage(c: ca.SX, change: ca.SX) -> tuple[ca.SX, ...]:
-            beyond = passes_limits(self, rows @ c[:nx] + own.E @ change)
-            return (ca.vertcat(closed @ c[:nx] + own.B @ change, ca.fmax(c[nx], beyond)),)
-
-        (end,) = bounded_loop(own.horizon, stage, ca.vertcat(e, 0.0), d)
-        last = end[:nx]
-        return ca.logic_and(end[nx] == 0, last.T @ self.P @ last <= self.level)

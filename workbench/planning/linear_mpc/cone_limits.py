@@ -123,9 +123,7 @@ class StageCone:
     def about(self, y: Array) -> StageCone:
         """The cone for deviations from rows y (nc,)."""
         along = 0.0 if self.axial is None else float(y[self.axial])
-        return replace(
-            self, centre=self.centre - y[list(self.lateral)], offset=float(self.offset + self.slope * along)
-        )
+        return replace(self, centre=self.centre - y[list(self.lateral)], offset=float(self.offset + self.slope * along))
 
     def split(self, y: Array) -> tuple[Array, Array, Array]:
         """Rows l - c (..., m) across the axis, their size (...,), and the radius (...,) there, of rows y (..., nc)."""
@@ -242,6 +240,4 @@ def stage_cones(
             StageCone(cone.label, tuple(range(first, first + count)), axial, cone.slope, cone.offset, centre, places)
         )
         first = end
-    shape = len(states), len(inputs)
-    maps = (np.array(rows, dtype=float).reshape(-1, size) for rows, size in zip((of_states, of_inputs), shape, strict=True))
-    return tuple(stages), *maps
+    return tuple(stages), np.array(of_states).reshape(-1, len(states)), np.array(of_inputs).reshape(-1, len(inputs))

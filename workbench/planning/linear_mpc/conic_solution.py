@@ -156,10 +156,9 @@ class ConicSolver:
 def _solved(matrix: Array, right: Array) -> Array:
     """The solution of a positive definite system, or the least one where rows depend on each other."""
     try:
-        answer = cho_solve(cho_factor(matrix), right)
+        return np.asarray(cho_solve(cho_factor(matrix), right))
     except LinAlgError:
-        answer = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    return np.asarray(answer)
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
 
 def cone_directions(cone: StageCone, stage: Array) -> list[tuple[Array, float]]:

@@ -164,8 +164,8 @@ class ExactMpc:
         proof = InfeasibilityProof((), weights.reshape(self.problem.horizon, -1), margin, is_proved)
         proof = replace(proof, limits=_conflict(self, x))
         return MpcConflictError(
-            f"`ExactMpc.solve(x)`: no input keeps the limits on {', '.join(dict.fromkeys(proof.limits))} from this state. Widen one "
-            "of them, or make limits on states soft by soft_weight.",
+            f"`ExactMpc.solve(x)`: no input keeps the limits on {', '.join(dict.fromkeys(proof.limits))} from this "
+            "state. Widen one of them, or make limits on states soft by soft_weight.",
             proof,
         )
 

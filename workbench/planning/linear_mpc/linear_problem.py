@@ -54,7 +54,8 @@ class LinearMpc:
 
     def __repr__(self) -> str:
         nx, nu = self.B.shape
-        return f"<LinearMpc: {nx} states, {nu} inputs, horizon {self.horizon}, limits on {', '.join(dict.fromkeys(self.rows.names))}>"
+        limits = ", ".join(dict.fromkeys(self.rows.names))
+        return f"<LinearMpc: {nx} states, {nu} inputs, horizon {self.horizon}, limits on {limits}>"
 
     @property
     def low(self) -> Array:

@@ -220,7 +220,7 @@ def _candidates(exact: ExactMpc, only: int | None) -> Iterator[SplittingNumbers]
     for modes in MODES:
         if modes <= len(own.low) and not own.cones:
             yield splitting_numbers(exact.problem, sweeps=1, modes=modes)
-    others = OTHER_PENALTIES if exact.problem.rows.count > nu else (1.0,)
+    others: tuple[float, ...] = OTHER_PENALTIES if exact.problem.rows.count > nu else (1.0,)
     others = OF_CONES + others if own.cones else others
     for penalty in PENALTIES:
         for other in others:
