@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import workbench as wb
+from studies.b4_handover.filter_law import filter_table
 from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, IDLE_SHARE, PUSHED, problems
 
@@ -30,8 +31,9 @@ def predictive_section(results: wb.Results) -> wb.Section:
     )
     reasons = dict.fromkeys(reason for one in counts(results).values() for reason in one.reasons)
     absent = (wb.Paragraph(f"Not counted here: {'; '.join(reasons)}."),) if reasons else ()
-    tables = (solver_table(results, PUSHED), solver_table(results, IDLE), memory_table(results), published_table())
-    return wb.Section("A predictive law on a Cortex-M7", (wb.Paragraph(words), *absent, *tables))
+    tables = solver_table(results, PUSHED), solver_table(results, IDLE), memory_table(results)
+    more = filter_table(results), published_table()
+    return wb.Section("A predictive law on a Cortex-M7", (wb.Paragraph(words), *absent, *tables, *more))
 
 
 def counts(results: wb.Results) -> dict[str, PredictiveCount]:
@@ -106,7 +108,8 @@ def published_table() -> wb.document.ReportTable:
         "of memory, or not published.",
         "The rocket with its cone in the tables above has the model, weights, limits and cone of that benchmark, "
         "rocket_landing/gen_rocket.py, but a disturbance in the place of its descent. OSQP poses no cone. The safety "
-        "filter follows planned inputs within hard limits on states, which this law does not pose.",
+        "filter of the benchmark follows planned inputs within hard limits on states; the filter above has its model "
+        "and limits, but another plan.",
     )
     rows = tuple((stages, *times) for stages, times in PUBLISHED.items())
     return wb.document.ReportTable("predictive_published", "Published times of TinyMPC and OSQP.", columns, rows, notes)

@@ -107,7 +107,7 @@ def within_limits(law: StageLimits, y: ca.SX) -> ca.SX:
 
 def passes_limits(law: StageLimits, y: ca.SX) -> ca.SX:
     """1 if a row of y (nc, 1) passes a limit, or lies outside of a cone."""
-    passes = ca.mmax(ca.logic_or(y < law.low, y > law.high))
+    passes = ca.SX(ca.mmax(ca.logic_or(y < law.low, y > law.high)))
     for cone in law.cones:
         passes = ca.fmax(passes, cone.is_passed(y))
     return passes
@@ -123,21 +123,32 @@ def inputs_within_limits(law: StageLimits, v: ca.SX) -> ca.SX:
     return u
 
 
-def cones_of(cones: Iterable[object], safe: Array | None) -> tuple[LimitCone, ...]:
+class DesignedCone(Protocol):
+    """A cone of a design, `planning.StageCone`."""
+
+    name: str
+    lateral: tuple[int, ...]
+    axial: int | None
+    inputs: tuple[int, ...]
+    slope: float
+    offset: float
+    centre: Array
+
+
+def cones_of(cones: Iterable[DesignedCone], safe: Array | None) -> tuple[LimitCone, ...]:
     """The cones of a design as parts of its law; a safe command (nu,) about the rest that leaves one is refused."""
     made = []
     for cone in cones:
-        numbers = {name: getattr(cone, name) for name in ("lateral", "inputs", "slope", "offset", "centre")}
-        axial = cone.axial
-        made.append(LimitCone(axial=-1 if axial is None else axial, **numbers))
-        if safe is None or not made[-1].inputs:
+        axial = -1 if cone.axial is None else cone.axial
+        made.append(LimitCone(cone.lateral, axial, cone.inputs, cone.slope, cone.offset, cone.centre))
+        if safe is None or not cone.inputs:
             continue
-        values = safe[list(made[-1].inputs)]
-        along = values[-1] if axial is not None else 0.0
-        over = np.linalg.norm(values[: len(made[-1].lateral)] - made[-1].centre) - made[-1].slope * along
-        if over > made[-1].offset:
+        values = safe[list(cone.inputs)]
+        along = 0.0 if cone.axial is None else float(values[-1])
+        across = float(np.linalg.norm(values[: len(cone.lateral)] - cone.centre))
+        over = across - cone.slope * along - cone.offset
+        if over > 0:
             raise ValueError(
-                f"`ModelPredictive.of(safe_command=...)` must keep the {cone.name}; it lies "
-                f"{over - made[-1].offset:.4g} outside."
+                f"`ModelPredictive.of(safe_command=...)` must keep the {cone.name}; it lies {over:.4g} outside."
             )
     return tuple(made)
