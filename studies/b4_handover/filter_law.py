@@ -12,7 +12,7 @@ WORK = "safety filter"
 STAGES = (4, 8, 16, 32, 64)
 PERIOD, PERIODS = 0.05, 60  # s
 AMPLITUDE = 2.0  # m, of the positions that are followed
-LIMITS = {"a[0]": (-2.0, 2.0), "a[1]": (-2.0, 2.0)} | {name: (-1.5, 1.5) for name in ("p[0]", "p[1]", "v[0]", "v[1]")}
+LIMITS = {"a[0]": (-2.0, 2.0), "a[1]": (-2.0, 2.0)} | dict.fromkeys(("p[0]", "p[1]", "v[0]", "v[1]"), (-1.5, 1.5))
 SOURCE = "safety_filter/safety_filter.ipynb of RoboticExplorationLab/mcu-solver-benchmarks"
 Column = wb.document.TableColumn
 
@@ -108,8 +108,8 @@ def filter_table(results: wb.Results) -> wb.document.ReportTable:
         for stages, one in zip(STAGES, results.work(WORK), strict=True)
     )
     note = (
-        f"Two double integrators at 20 Hz with |x| <= 1.5 and |u| <= 2, as in {SOURCE}. Its plan stays near the planned "
-        "inputs at all stages and has no terminal set. Here the command of a law that follows a sine of 2 m is "
+        f"Two double integrators at 20 Hz with |x| <= 1.5 and |u| <= 2, as in {SOURCE}. Its plan stays near the "
+        "planned inputs at all stages and has no terminal set. Here the command of a law that follows a sine of 2 m is "
         "filtered, and each plan ends in a terminal set, by which the limits are kept forever. So the two do not solve "
         "one problem."
     )
