@@ -205,7 +205,7 @@ GROUPS = (
             "lqg": "An optimal regulator with a Kalman filter.",
             "place": "The gain that puts the poles where you want them.",
             "predictive_design": "A predictive law for a linearised plant, with limits by name.",
-            "ConeLimit": "A second-order cone among its limits: a thrust near to its axis, or a force of limited size.",
+            "ConeLimit": "A second-order cone among its limits, as a thrust near to its axis.",
             "nonlinear_predictive_design": "A predictive law that plans with the nonlinear plant.",
             "tune_pid": "The PI or PID law with the largest integral gain under limits of S and T.",
             "lead_lag": "A compensator with the wanted crossover and margin.",

@@ -39,11 +39,11 @@ class TwoAxes(wb.Plant):
 class FilterCount:
     """A filter on the Cortex-M7: instructions in the mean and at most, and the state with its arrays in bytes.
 
-    `changed` is the share of periods in which it changes the command, and `largest` the largest value of a limited
+    `interventions` is the share of periods in which it changes the command, and `largest` the largest value of a limited
     signal as a share of its limit.
     """
 
-    changed: float
+    interventions: float
     largest: float
     sweeps: int
     mean: float | None
@@ -104,7 +104,7 @@ def filter_table(results: wb.Results) -> wb.document.ReportTable:
         Column("state of the law with its arrays", "bytes", "right"),
     )
     rows = tuple(
-        (stages, one.sweeps, 100 * one.changed, 100 * one.largest, one.mean, one.most, one.room)
+        (stages, one.sweeps, 100 * one.interventions, 100 * one.largest, one.mean, one.most, one.room)
         for stages, one in zip(STAGES, results.work(WORK), strict=True)
     )
     note = (

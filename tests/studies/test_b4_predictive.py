@@ -61,7 +61,7 @@ def test_the_rocket_with_its_cone_has_the_bits_of_the_simulation():
 def test_the_safety_filter_has_the_bits_of_the_simulation_and_keeps_its_limits():
     count = filter_count(4)
     assert count.differing_bits == 0
-    assert count.changed > 0.5
+    assert count.interventions > 0.5
     assert count.largest <= 1 + 1e-9
     assert [row[0] for row in filter_law.filter_table(results()).rows] == list(filter_law.STAGES)
 

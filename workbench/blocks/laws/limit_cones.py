@@ -84,7 +84,7 @@ class LimitCone:
         return moved
 
 
-class StageLimits(Protocol):
+class RowLimits(Protocol):
     """The limits of the rows of a stage, as a predictive law declares them."""
 
     @property
@@ -97,7 +97,7 @@ class StageLimits(Protocol):
     def cones(self) -> tuple[LimitCone, ...]: ...
 
 
-def within_limits(law: StageLimits, y: ca.SX) -> ca.SX:
+def within_limits(law: RowLimits, y: ca.SX) -> ca.SX:
     """The nearest rows to y (nc, 1) within the limits and the cones of a stage."""
     v = ca.fmin(ca.fmax(y, law.low), law.high)
     for cone in law.cones:
@@ -105,7 +105,7 @@ def within_limits(law: StageLimits, y: ca.SX) -> ca.SX:
     return v
 
 
-def passes_limits(law: StageLimits, y: ca.SX) -> ca.SX:
+def passes_limits(law: RowLimits, y: ca.SX) -> ca.SX:
     """1 if a row of y (nc, 1) passes a limit, or lies outside of a cone."""
     passes = ca.SX(ca.mmax(ca.logic_or(y < law.low, y > law.high)))
     for cone in law.cones:
@@ -113,7 +113,7 @@ def passes_limits(law: StageLimits, y: ca.SX) -> ca.SX:
     return passes
 
 
-def inputs_within_limits(law: StageLimits, v: ca.SX) -> ca.SX:
+def inputs_within_limits(law: RowLimits, v: ca.SX) -> ca.SX:
     """Inputs within the limits and the cones of inputs, near to inputs v (nu, 1)."""
     nu = law.K.shape[0]
     low, high = law.low[:nu], law.high[:nu]

@@ -24,11 +24,11 @@ NOMINAL, BETWEEN, UNPROVED = 0.0, 1.0, 2.0  # values of the memory `choice`
 
 
 class FilterAnswer(NamedTuple):
-    """The input (nu, 1) about the rest, the choice, the next stored plan (nu, N), and the next memory of the sweeps."""
+    """The input (nu, 1) about the rest, the choice, the next backup plan (nu, N), and the next memory of the sweeps."""
 
     v: ca.SX
     choice: ca.SX
-    stored: ca.SX
+    backup: ca.SX
     plan: ca.SX
     residual: ca.SX
 
@@ -158,7 +158,7 @@ class SafetyFilter(AbstractController):
         own = Layout(
             (
                 Entry("plan", np.zeros(N * nc), ANY),
-                Entry("stored", np.zeros(N * nu), ANY),
+                Entry("backup", np.zeros(N * nu), ANY),
                 Entry("choice", np.zeros(()), "1"),
                 Entry("residual", np.zeros(()), "1"),
             )
@@ -189,7 +189,7 @@ class SafetyFilter(AbstractController):
         answer = self._answer(z, est, self._nominal(t, z, est, ref))
         following = {
             "plan": ca.vec(answer.plan),
-            "stored": ca.vec(answer.stored),
+            "backup": ca.vec(answer.backup),
             "choice": answer.choice,
             "residual": answer.residual,
         }
@@ -245,9 +245,9 @@ class SafetyFilter(AbstractController):
             return own.A @ c + own.B @ v, v + own.K @ c
 
         _, planned = bounded_loop(N, ahead, e, zeta[:nu, :])
-        stored = ca.reshape(z["stored"], nu, N)
-        share, is_safe = largest_safe_share(self, e, stored, planned)
-        between = stored + (planned - stored) * share
+        backup = ca.reshape(z["backup"], nu, N)
+        share, is_safe = largest_safe_share(self, e, backup, planned)
+        between = backup + (planned - backup) * share
         choice = ca.if_else(is_nominal_safe, NOMINAL, ca.if_else(is_safe, BETWEEN, UNPROVED))
         d = ca.if_else(is_nominal_safe, alone, ca.if_else(is_safe, between, planned))
         v = inputs_within_limits(self, d[:, 0] - own.K @ e)

@@ -15,7 +15,7 @@ Examples
 (array([-1.]), array([-1.]))
 """
 
-from workbench.planning.linear_mpc.cone_limits import ConeLimit, StageCone
+from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.dual_recursion import (
     OperationCount,
@@ -57,7 +57,6 @@ __all__ = [
     "SplittingAnswer",
     "SplittingNumbers",
     "SplittingTuning",
-    "StageCone",
     "SweepEvidence",
     "TerminalSet",
     "TuningRow",

@@ -78,16 +78,17 @@ class ConeLimit:
         """The names of all its signals, the axial one last."""
         return (*self.lateral, self.axial) if self.axial else self.lateral
 
-    def about(self, rest: Mapping[str, float]) -> ConeLimit:
-        """The cone for deviations from a rest, by names."""
-        centre = self.centre or (0.0,) * len(self.lateral)
-        moved = tuple(value - rest.get(name, 0.0) for name, value in zip(self.lateral, centre, strict=True))
-        return replace(self, centre=moved, offset=self.offset + self.slope * rest.get(self.axial, 0.0))
-
     @property
     def label(self) -> str:
         """The cone in words."""
         return f"cone of {', '.join(self.lateral)}" + (f" about {self.axial}" if self.axial else "")
+
+
+def cone_about(cone: ConeLimit, rest: Mapping[str, float]) -> ConeLimit:
+    """The cone for deviations from a rest, by names."""
+    centre = cone.centre or (0.0,) * len(cone.lateral)
+    moved = tuple(value - rest.get(name, 0.0) for name, value in zip(cone.lateral, centre, strict=True))
+    return replace(cone, centre=moved, offset=cone.offset + cone.slope * rest.get(cone.axial, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
