@@ -31,6 +31,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc's `Parameters` say shapes and units; the signature has the types
 numpydoc_show_class_members = False
 nb_execution_mode = "off"  # docs/notebook_outputs.py has run them
+myst_heading_anchors = 2  # links between pages may name a heading
 
 
 def as_literal(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:

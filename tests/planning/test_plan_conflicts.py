@@ -45,6 +45,24 @@ def test_values_beyond_a_limit_and_limits_that_cross_are_named_alone(named, item
 
 
 @pytest.mark.heavy
+def test_a_value_of_a_signal_at_the_end_is_named_where_it_cannot_be():
+    sum_of_both = {"total": lambda t, x, u: x.x + x.v}
+    limits = {"x": (-1.0, 1.0), "v": (-1.0, 1.0)}
+    names = conflict(CAR, 5.0, start=REST, end={"total": 3.0}, signals=sum_of_both, limits=limits)
+    assert names == {"end of total = 3", "x <= 1", "v <= 1"}
+
+
+def test_a_duration_whose_ends_cross_is_named_alone():
+    assert conflict(CAR, (5.0, 2.0), start=REST, end={"x": 1.0}) == {"duration >= 5", "duration <= 2"}
+
+
+def test_a_stop_behind_a_wall_does_not_blame_the_time_though_long_intervals_could_hide_the_way():
+    # 5 m/s and 1 m/s^2 need 12.5 m; in intervals of a minute the car would pass the wall and be back at the next node
+    limits = {"a": (-1.0, 1.0), "v": (-20.0, 20.0), "x": (-1.0, 5.0)}
+    names = conflict(CAR, (1.0, 50.0), start={"x": 0.0, "v": 5.0}, end=REST, limits=limits)
+    assert names == {"a >= -1", "x <= 5", "start of x = 0", "start of v = 5", "end of v = 0"}
+
+
 def test_an_unstable_plant_too_far_away_is_lost_whatever_its_goal_is():
     plant = wb.open_loop(wb.OdePlant.of(lambda t, x, u: [x[0] + u[0]], states=("x:",), inputs=("u:",)))
     names = conflict(plant, 10.0, start={"x": 5.0}, end={"x": 0.0}, limits={"u": (-4.0, 4.0)}, cost="energy")

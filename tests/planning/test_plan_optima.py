@@ -223,3 +223,54 @@ def test_the_paper_s_arm_moves_in_least_time_on_its_torque_limits():
     assert np.abs(plan["tau"]).max(axis=0) == pytest.approx([100.0, 50.0], rel=1e-6)
     on_a_limit = (np.abs(plan["tau"]) > [99.99, 49.99]).any(axis=1)
     assert on_a_limit.mean() > 0.9  # Pontryagin: at least one torque is on its limit but for the switches
+
+
+def test_a_robot_that_starts_crosswise_to_its_first_coordinate_flies_as_published():
+    # Betts (2010), section 6.13: 7.9101. At the start no jet moves x, as cos(pi/2) is rounding.
+    def robot(t, x, u, m):
+        first, second = u[0] - u[1], u[2] - u[3]
+        ahead = first + second
+        return [x[2], x[3], ahead * m.cos(x[4]), ahead * m.sin(x[4]), x[5], 0.2 * (first - second)]
+
+    jets, rest = ("a", "b", "c", "d"), dict.fromkeys(("x", "y", "vx", "vy", "th", "w"), 0.0)
+    states = ("x:m", "y:m", "vx:m/s", "vy:m/s", "th:rad", "w:rad/s")
+    plan = wb.plan(
+        system(robot, states, tuple(f"{jet}:m/s^2" for jet in jets)),
+        12.0,
+        cost=lambda t, x, u: u.a + u.b + u.c + u.d,
+        start={**rest, "x": -10.0, "y": -10.0, "th": math.pi / 2},
+        end=rest,
+        limits=dict.fromkeys(jets, (0.0, 1.0)),
+        objective_tolerance=1e-3,
+        starts=1,
+    )
+    assert plan.certificate.is_passed
+    assert plan.objective == pytest.approx(7.9101, rel=1e-3)  # what was asked of the mesh
+
+
+def test_a_signal_has_a_value_at_the_end_and_the_orbit_is_as_wide_as_published():
+    # Bryson and Ho (1975), section 2.5: from the orbit of the earth, 193 days of low thrust reach a circle of 1.525 AU
+    def sail(t, x, u, m):
+        thrust, r = 0.1405 / (1 - 0.0749 * t), x[0]
+        radial = x[2] ** 2 / r - 1 / r**2 + thrust * m.sin(u[0])
+        return [x[1], radial, -x[1] * x[2] / r + thrust * m.cos(u[0])]
+
+    def widest(circle=0.0):
+        return wb.plan(
+            system(sail, ("r:1", "vr:1", "vt:1"), ("angle:rad",)),
+            3.32,
+            cost=lambda t, x, u: 0.0 * x.r,
+            end_cost=lambda t, x: -x.r,
+            start={"r": 1.0, "vr": 0.0, "vt": 1.0},
+            end={"vr": 0.0, "circle": circle},
+            signals={"circle": lambda t, x, u: x.vt**2 * x.r - 1},
+            limits={"angle": (-4.0, 4.0)},
+            starts=1,
+        )
+
+    plan, d = widest(), 1e-3
+    assert plan.certificate.is_passed
+    assert plan["r"][-1] == pytest.approx(1.525, abs=1e-3)  # the digits that are printed
+    assert plan["vt"][-1] ** 2 * plan["r"][-1] == pytest.approx(1.0, abs=1e-8)  # the tolerance of IPOPT
+    slope = (widest(d).objective - widest(-d).objective) / (2 * d)
+    assert plan.multipliers["end of circle = 0"] == pytest.approx(slope, rel=1e-3)  # the mesh and d^2

@@ -18,6 +18,7 @@ from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.planning.trajectories.ipopt_solver import GOOD, QUIET
 from workbench.planning.trajectories.marching import defects, march
+from workbench.planning.trajectories.passed_limits import limited_signals
 from workbench.planning.trajectories.plan_items import ItemRows, PlanItem, item_rows
 from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
@@ -28,6 +29,7 @@ PRICED = 1e-4  # multiplier of an item, of 1, above which it takes part in a con
 MOST = 120  # iterations
 CHEAP = 1e-3  # price of an item that is left out, which keeps it from being violated without need
 TRUE = 0.01  # miss of a node, as a share of the range of a state, up to which a trajectory on a coarse mesh is one
+PASSED = 0.05  # of the scale of a signal, by which it may be passed between the points of a coarse mesh
 FIRST = 0.1  # violation with which a search begins
 ORDER = (
     "end",
@@ -123,15 +125,24 @@ class ElasticProgram:
         w = x[: start.size]
         solved = str(self._solver.stats()["return_status"]) in GOOD
         violation = float(keep @ x[start.size :]) if solved else float("nan")
-        if violation <= FEASIBLE and not self._is_true(w):
+        if violation <= FEASIBLE and not self._is_true(w, keeps):
             violation = float("nan")
         return violation, loads, w
 
-    def _is_true(self, w: Array) -> bool:
-        """True if the simulator marches the trajectory, too: where no limit holds, a coarse mesh may invent one."""
-        values = self.transcription.unpack(w)
-        misses = defects(values, march(self.transcription.problem, values))
-        return bool(max(float(miss.max()) for miss in misses) <= TRUE)
+    def _is_true(self, w: Array, keeps: Sequence[bool]) -> bool:
+        """True if the simulator marches the trajectory, too, and it passes no limit by much between its points.
+
+        Where no limit holds, a coarse mesh may invent a trajectory, and a long interval may hide one that passes.
+        """
+        problem, values = self.transcription.problem, self.transcription.unpack(w)
+        runs = march(problem, values)
+        kept = [rows for rows, keep in zip(self.rows, keeps, strict=True) if keep and rows.item.kind == "limit"]
+        sizes = {(rows.item.phase, rows.item.label, rows.item.side): rows.size for rows in kept}
+        for signal in limited_signals(problem, values, runs):
+            for side, excess in (("low", signal.below), ("high", signal.above)):
+                if excess > PASSED * sizes.get((signal.phase, signal.label, side), np.inf):
+                    return False
+        return bool(max(float(miss.max()) for miss in defects(values, runs)) <= TRUE)
 
 
 def find_conflict(

@@ -49,7 +49,7 @@ def guess(
 
 def _duration(low: float, high: float, rng: np.random.Generator | None) -> float:
     """A duration between its ends: near the lower one, as baselines take it, or random."""
-    if low == high:
+    if low >= high:
         return low
     top = min(high, 4 * low + 4)
     if rng is None:

@@ -29,7 +29,7 @@ class Phase:
     rate_limits
         The same for the rates of inputs per second. The inputs are then straight lines between nodes, without jumps.
     end
-        The values of states and inputs at the end, by name; what is not named is free.
+        The values of states, inputs, outputs and signals at the end, by name; what is not named is free.
     values
         Parameters of the system at other values. An input with a value in the call keeps it and is not planned.
     cost

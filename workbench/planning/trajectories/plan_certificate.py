@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
-from workbench.planning.trajectories.marching import STEPS, MarchedArc, defects, march, ranges, run_from_start
-from workbench.planning.trajectories.plan_problem import Ends, PlanProblem
+from workbench.planning.trajectories.marching import STEPS, defects, march, ranges, run_from_start
+from workbench.planning.trajectories.passed_limits import violations_of
 from workbench.planning.trajectories.plan_search import PlanSearchEnd
-from workbench.planning.trajectories.plan_values import Values
 
 BETWEEN = 1e-3  # of the size of a limit, by which a state may pass it between nodes
 
@@ -98,34 +96,3 @@ def certify(end: PlanSearchEnd, tolerance: float, objective_tolerance: float) ->
         objective_tolerance,
         end.program.status,
     )
-
-
-def violations_of(problem: PlanProblem, values: Values, runs: tuple[MarchedArc, ...]) -> dict[str, float]:
-    """By limit, the largest excess on the march of each phase, over the size of the limit; zero where it holds."""
-    excess: dict[str, float] = {}
-    begin = 0.0
-    for phase, arc, run in zip(problem.phases, values, runs, strict=True):
-        shares = np.linspace(0.0, 1.0, run.x.shape[1])
-        x = run.x.reshape(-1, problem.nx)
-        u = (arc.begins[:, None] + shares[:, None] * (arc.ends - arc.begins)[:, None]).reshape(-1, problem.nu)
-        nodes = begin + arc.T * arc.shares
-        t = (nodes[:-1, None] + shares * np.diff(nodes)[:, None]).ravel()
-        g = np.array(phase.path(t[np.newaxis], x.T, u.T)).T if phase.path_names else np.zeros((len(t), 0))
-        slope = (arc.ends - arc.begins) / np.diff(nodes)[:, None]
-        several = f"{phase.name}: " if len(problem.phases) > 1 else ""
-        groups = [(problem.ode.states.labels, phase.x, x), (problem.inputs, phase.u, u), (phase.path_names, phase.g, g)]
-        groups.append((tuple(f"rate of {label}" for label in problem.inputs), phase.slope, slope))
-        for labels, ends, rows in groups:
-            for j, label in enumerate(labels):
-                if np.isfinite(ends.low[j]) or np.isfinite(ends.high[j]):
-                    excess[f"{several}{label}"] = _excess(ends, j, rows[:, j])
-        begin = float(nodes[-1])
-    return excess
-
-
-def _excess(ends: Ends, j: int, values: Array) -> float:
-    low, high = float(ends.low[j]), float(ends.high[j])
-    finite = [abs(end) for end in (low, high) if np.isfinite(end)]
-    size = high - low if len(finite) == 2 else max(float(np.ptp(values)), *finite)
-    over = max(float((values - high).max()), float((low - values).max()), 0.0)
-    return over / size if size > 0 else over

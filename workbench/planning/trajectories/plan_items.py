@@ -71,6 +71,7 @@ def item_rows(transcription: Transcription) -> Iterator[ItemRows]:
         yield from _limit_rows(transcription, i, name)
         yield from _rate_rows(transcription, i, name)
         yield from _value_rows(transcription, i, "end", phase.end.low, phase.end.high, name)
+        yield from _signal_end_rows(transcription, i, name)
     yield from _value_rows(transcription, 0, "start", problem.start.low, problem.start.high, "")
     for place, row in zip(problem.periodic, _periodic_rows(transcription), strict=True):
         item = PlanItem("periodic", problem.names[place], "", 0.0)
@@ -138,6 +139,16 @@ def _value_rows(
         row = node[int(j)] - float(low[j] / sizes[j])
         item = PlanItem(kind, problem.names[j], "", float(low[j]), name)
         yield ItemRows(item, ca.vertcat(row, -row), float(sizes[j]))
+
+
+def _signal_end_rows(transcription: Transcription, i: int, name: str) -> Iterator[ItemRows]:
+    phase = transcription.problem.phases[i]
+    last = transcription.terms[i].signals[-len(phase.path_names) :, -1] if phase.path_names else ca.MX(0, 1)
+    for j in np.flatnonzero(np.isfinite(phase.g_end.low)):
+        value = float(phase.g_end.low[j])
+        size = abs(value) or _size(phase, int(j))
+        row = (last[int(j)] - value) / size
+        yield ItemRows(PlanItem("end", phase.path_names[j], "", value, name), ca.vertcat(row, -row), size)
 
 
 def _periodic_rows(transcription: Transcription) -> list[ca.MX]:

@@ -28,6 +28,9 @@ def multipliers(end: ProgramEnd) -> dict[PlanItem, float]:
         moves = list(problem.names)
         if item.kind == "duration":
             slopes[item] = -_side(T, item.side) / float(scales.T[place])
+        elif item.kind == "end" and item.label not in moves:
+            row = signals[place][problem.phases[place].path_names.index(item.label)]
+            slopes[item] = -float(row[-1])
         elif item.kind in ("start", "end"):
             k, j = (0 if item.kind == "start" else -1), moves.index(item.label)
             value = z[k, j] / scales.x[j] if j < problem.nx else v[k, j - problem.nx] / scales.u[j - problem.nx]
@@ -41,8 +44,9 @@ def multipliers(end: ProgramEnd) -> dict[PlanItem, float]:
             else:
                 slopes[item] = -_side(v[:, j - problem.nx], item.side) / scales.u[j - problem.nx]
         elif item.kind == "limit":
-            row = signals[place][problem.phases[place].path_names.index(item.label)]
-            slopes[item] = -_side(row, item.side)
+            j = problem.phases[place].path_names.index(item.label)
+            is_fixed = bool(np.isfinite(problem.phases[place].g_end.low[j]))  # at the last point
+            slopes[item] = -_side(signals[place][j][: -1 if is_fixed else None], item.side)
     return {item: float(value) for item, value in slopes.items()}
 
 

@@ -26,7 +26,7 @@ def fixed_values(call: str, values: NamedNumbers, layout: Layout, of: str) -> En
     ends = Ends.free(layout.size)
     for name, value in values.items():
         places = places_of(name, layout, of)
-        numbers = _numbers(f"{call}={{{name!r}: ...}})", value, len(places))
+        numbers = fixed_numbers(f"{call}={{{name!r}: ...}})", value, len(places))
         ends.low[places] = ends.high[places] = numbers
     return ends
 
@@ -88,7 +88,8 @@ def _end(call: str, end: object, size: int, sign: float) -> Array:
     return np.asarray(np.broadcast_to(array.ravel(), size).astype(float))
 
 
-def _numbers(call: str, value: object, size: int) -> Array:
+def fixed_numbers(call: str, value: object, size: int) -> Array:
+    """The numbers (size,) of a value at one instant."""
     array = as_array(value)
     if array is None or array.size not in (1, size) or not np.isfinite(array).all():
         must = "a finite number" if size == 1 else f"{size} finite numbers"

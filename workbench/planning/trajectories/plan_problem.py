@@ -13,7 +13,8 @@ from workbench.core import Ode
 from workbench.core.validation.refusals import Array
 
 INF = np.inf
-THIRD = 0.37  # of the sizes, a point at which no sine or cosine vanishes
+SHARES = (0.37, -0.23, 0.71)  # of the sizes: points at which hardly a sine or cosine vanishes
+NOTHING = 1e-9  # of the largest entry, below which one is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,13 +43,14 @@ class PhaseProblem:
     p: Array  # (np,), the parameters; the entries of the inputs are not used
     duration: tuple[float, float]  # s
     rate: ca.Function  # (t, x, u) -> x' (nx, 1), cost rate (1, 1)
-    path: ca.Function  # (t, x, u) -> (ng, 1), outputs and signals that are limited
+    path: ca.Function  # (t, x, u) -> (ng, 1), outputs and signals that are limited or have a value at the end
     path_names: tuple[str, ...]
     x: Ends
     u: Ends
     slope: Ends  # of the inputs, per second
     g: Ends
     end: Ends  # of x and u at the end of the phase, (nx + nu,)
+    g_end: Ends  # of the outputs and signals at the end, (ng,)
     jump: ca.Function | None = None  # x at the end -> x at the begin of the next phase
 
     @property
@@ -136,27 +138,36 @@ def _fill(sizes: Array, problem: PlanProblem, T: float) -> Array:
     """Sizes (nx + nu,) where those that are zero, as nothing was said, follow from the others by the equations.
 
     In the time T a state of size s_i is moved by a rate J_ij s_j: s_i = T |J_ij| s_j, with the Jacobian J of the rate
-    at the start, or at a third of these sizes where that is zero or free.
+    at the start, or at a share of these sizes where that is zero or free. Where it has no entry there, other points
+    may have one.
     """
     phase, nx = problem.phases[0], problem.nx
     t, x, u = ca.SX.sym("t"), ca.SX.sym("x", nx), ca.SX.sym("u", problem.nu)
     jacobian = ca.Function("J", [t, x, u], [ca.jacobian(phase.rate(t, x, u)[0], ca.vertcat(x, u))])
     full, begin = sizes.copy(), np.where(np.isfinite(problem.start.low), problem.start.low, 0.0)
-    for _ in range(len(sizes)):
-        point = np.where(begin != 0, begin, THIRD * np.where(full > 0, full, 1.0))
-        J = np.abs(np.array(jacobian(0.0, point[:nx], point[nx:])))
-        J = np.where(np.isfinite(J), J, 0.0)
-        found = dict[int, list[float]]()
-        for i, j in zip(*np.nonzero(J), strict=True):
-            if i != j and full[i] > 0 and full[j] == 0:
-                found.setdefault(int(j), []).append(full[i] / (T * J[i, j]))
-            elif i != j and full[j] > 0 and full[i] == 0:
-                found.setdefault(int(i), []).append(T * J[i, j] * full[j])
-        if not found:
-            break
-        for place, values in found.items():
-            full[place] = float(np.exp(np.mean(np.log(values))))
+    for share in SHARES:
+        for _ in range(len(sizes)):
+            offset = share * np.where(full > 0, full, 1.0)
+            point = np.where(begin != 0, begin, offset) if share == SHARES[0] else begin + offset
+            J = np.abs(np.array(jacobian(0.0, point[:nx], point[nx:])))
+            J = np.where(np.isfinite(J), J, 0.0)
+            sizes_by_place = _implied_sizes(np.where(NOTHING * J.max() < J, J, 0.0), full, T)
+            if not sizes_by_place:
+                break
+            for place, values in sizes_by_place.items():
+                full[place] = float(np.exp(np.mean(np.log(values))))
     return np.where(full > 0, full, 1.0)
+
+
+def _implied_sizes(J: Array, full: Array, T: float) -> dict[int, list[float]]:
+    """By the place of a size that is zero, the sizes that the others imply by the entries of J (nx, nx + nu)."""
+    implied = dict[int, list[float]]()
+    for i, j in zip(*np.nonzero(J), strict=True):
+        if i != j and full[i] > 0 and full[j] == 0:
+            implied.setdefault(int(j), []).append(full[i] / (T * J[i, j]))
+        elif i != j and full[j] > 0 and full[i] == 0:
+            implied.setdefault(int(i), []).append(T * J[i, j] * full[j])
+    return implied
 
 
 def _time_guess(low: float, high: float) -> float:

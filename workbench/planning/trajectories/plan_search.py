@@ -18,6 +18,7 @@ from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
 
 COARSE, FINE = 150, 120  # iterations of IPOPT, from afar and from a trajectory on a coarser mesh
+PATIENT = 300  # the same, where the others did not do
 JUMP = 0.2  # of its range, in one interval of the first mesh, below which no input jumps
 ROUGH = 0.05  # distance of an input from its neighbours' line or value, as a share of its range, that is cut
 ROUNDS = 16
@@ -66,7 +67,10 @@ def search(
 def _first_ends(
     problem: PlanProblem, options: PlanOptions, scales: Scales, rows: Mapping[int, Array], first: Values | None
 ) -> list[ProgramEnd]:
-    """The ends of the starts on the first mesh that end in an optimum; none where the first two do not."""
+    """The ends of the starts on the first mesh that end in an optimum.
+
+    Where the first two do not, the straight line is tried once more in the units of the problem, as scales may mislead.
+    """
     counts, rng = (options.intervals,) * len(problem.phases), np.random.default_rng(options.seed)
     sizes, ends = np.concatenate([scales.x, scales.u]), list[ProgramEnd]()
     for attempt in range(max(options.starts, 2)):
@@ -79,6 +83,12 @@ def _first_ends(
             ends.append(end)
         if (attempt + 1 >= options.starts and ends) or (attempt == 1 and not ends):
             break
+    if not ends:
+        ones = Scales(np.ones_like(scales.x), np.ones_like(scales.u), scales.T)
+        start = guess(problem, counts, sizes, rows)
+        transcription = Transcription(problem, tuple(arc.mesh for arc in start), ones)
+        end = call_ipopt(transcription, start, 1.0, warm=False, most=COARSE)
+        ends += [end] if end.is_solved else []
     return ends
 
 
@@ -161,11 +171,13 @@ def refine(problem: PlanProblem, end: ProgramEnd, options: PlanOptions) -> PlanS
 
 
 def _solve_again(problem: PlanProblem, values: Values, before: ProgramEnd) -> ProgramEnd:
+    """The end from a trajectory near the optimum; from farther inside the limits where that does not end."""
     x = np.concatenate([arc.x for arc in values])
     u = np.concatenate([arc.u for arc in values])
     scales = Scales.of_values(x, u, np.array([arc.T for arc in values]), before.transcription.scales)
     transcription = Transcription(problem, tuple(arc.mesh for arc in values), scales)
-    return call_ipopt(transcription, values, before.objective, warm=True, most=FINE)
+    end = call_ipopt(transcription, values, before.objective, warm=True, most=FINE)
+    return end if end.is_solved else call_ipopt(transcription, values, before.objective, warm=False, most=PATIENT)
 
 
 def _change(objectives: Sequence[float], hold: str) -> float:

@@ -50,7 +50,7 @@ def plan(
     system, until, cost, end, limits, rate_limits, values
         An `Ode` with inputs, as `wb.open_loop(plant)` is. The others are those of a `Phase`, for all phases.
     end_cost, signals
-        A function (t, x) of the end; and, by name, functions (t, x, u) that may have limits: a distance, say.
+        A function (t, x) of the end; and, by name, functions (t, x, u) that may have limits or a value at the end.
     start
         States and inputs at the start; by default the system's own initial states. What is not named is free.
     periodic, phases
@@ -72,7 +72,7 @@ def plan(
     """
     parts = PlanParts(equation_of(system), cost, limits or {}, rate_limits or {}, signals or {}, values or {})
     chosen = PlanOptions(**options)
-    problem = _problem(parts, _phases(until, phases), end_cost, start, end or {}, periodic, chosen)
+    problem = _problem(parts, _phases(until, phases, end or {}), end_cost, start, periodic, chosen)
     return _plan_of(parts, problem, guess, chosen)
 
 
@@ -85,12 +85,14 @@ def _plan_of(
     return Plan(parts.inputs, answer, certify(answer, options.tolerance, options.objective_tolerance))
 
 
-def _phases(until: object, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
+def _phases(until: object, phases: tuple[Phase, ...], end: NamedNumbers) -> tuple[Phase, ...]:
+    """The phases, the last of which ends as the call says."""
     if phases and until is not None:
         raise ValueError("`plan(until=...)` must be left out where `phases` have durations of their own.")
     if not phases and until is None:
         raise refusal("plan(until=...)", "a duration in s, or the least and the greatest one", until)
-    return phases or (Phase(until),)
+    *others, last = phases or (Phase(until),)
+    return (*others, replace(last, end={**last.end, **end}))
 
 
 def _problem(
@@ -98,7 +100,6 @@ def _problem(
     phases: tuple[Phase, ...],
     end_cost: Callable[..., object] | None,
     start: NamedNumbers | None,
-    end: NamedNumbers,
     periodic: tuple[str, ...],
     options: PlanOptions,
 ) -> PlanProblem:
@@ -107,9 +108,6 @@ def _problem(
     begin = fixed_values("plan(start", initial, layout, OF)
     each = tuple(parts.phase(phase, i) for i, phase in enumerate(phases))
     ode.refuse_beyond("plan(until=...)", sum(phase.duration[1] for phase in each))
-    last, own = fixed_values("plan(end", end, layout, OF), each[-1].end
-    named = np.isfinite(last.low)
-    own.low[named], own.high[named] = last.low[named], last.high[named]
     places = tuple(place for name in periodic for place in places_of(name, layout, OF))
     if start is None and places:
         begin = _without(begin, places)

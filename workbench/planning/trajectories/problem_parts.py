@@ -8,17 +8,24 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Signals
+from workbench.core import Entry, Layout, Ode, Signals
 from workbench.core.equations import LOOP, Loop, equations_of, is_loop
 from workbench.core.expressions import refuse_unknown
 from workbench.core.sampled_system import SampledSystem
 from workbench.core.validation.refusals import Array, describe, error_text, finite, known_name, refusal
 from workbench.planning.trajectories.phase import Cost, NamedNumbers, Phase
-from workbench.planning.trajectories.plan_names import duration_pair, fixed_values, limit_pair, limit_values
+from workbench.planning.trajectories.plan_names import (
+    duration_pair,
+    fixed_numbers,
+    fixed_values,
+    limit_pair,
+    limit_values,
+)
 from workbench.planning.trajectories.plan_problem import Ends, PhaseProblem
 
 CALL = "plan"
 PLANT = "a plant by itself is driven by its inputs as `wb.open_loop(plant)`"
+NO_LIMIT = (None, None)
 Expression = Callable[..., object]
 
 
@@ -94,7 +101,7 @@ class PlanParts:
         cost = self._cost_rate(self.cost if phase.cost is None else phase.cost, (t, x, u), signals, full)
         rate = ca.Function("rate", [t, x, u], [ca.densify(ode.f(t, x, full)), cost], {"cse": True})
         limits = {**self.limits, **phase.limits}
-        names, low, high, path = self._path(limits, t, x, full, signals)
+        names, low, high, path = self._path({**dict.fromkeys(phase.end, NO_LIMIT), **limits}, t, x, full, signals)
         call = f"{CALL}(until" if not phase.name else f"Phase(name={phase.name!r}, until"
         box = limit_values(f"{CALL}(limits", self._of(limits), self.moves, "states, inputs, outputs and signals")
         nx = ode.states.size
@@ -110,14 +117,26 @@ class PlanParts:
             Ends(box.low[nx:], box.high[nx:]),
             limit_values(f"{CALL}(rate_limits", slopes, self.inputs, "inputs"),
             Ends(low, high),
-            fixed_values(f"{CALL}(end", phase.end, self.moves, "states and inputs"),
+            fixed_values(f"{CALL}(end", self._of(phase.end), self.moves, "states, inputs, outputs and signals"),
+            self._signal_ends(names, phase.end),
             self._jump(phase),
         )
 
-    def _of(self, limits: NamedNumbers) -> dict[str, object]:
-        """The limits that are not of outputs or signals."""
+    def _of(self, named: NamedNumbers) -> dict[str, object]:
+        """The limits or values that are not of outputs or signals."""
         moves = {*self.moves.names, *self.moves.labels}
-        return {name: ends for name, ends in limits.items() if name in moves or not self._is_output(name)}
+        return {name: value for name, value in named.items() if name in moves or not self._is_output(name)}
+
+    def _signal_ends(self, names: tuple[str, ...], end: NamedNumbers) -> Ends:
+        """The values of outputs and signals at the end, infinite ends where there is none."""
+        layout = Layout(tuple(Entry(name, np.zeros(())) for name in names))
+        own: dict[str, object] = {}
+        for name in (name for name in end if name not in self._of(end)):
+            is_output = name not in self.signals
+            labels = [self.ode.outputs.labels[int(i)] for i in self.ode.outputs.indices(name)] if is_output else [name]
+            call = f"{CALL}(end={{{name!r}: ...}})"
+            own |= dict(zip(labels, fixed_numbers(call, end[name], len(labels)), strict=True))
+        return fixed_values(f"{CALL}(end", own, layout, "outputs and signals")
 
     def _is_output(self, name: str) -> bool:
         return name in self.signals or name in self.ode.outputs or name in self.ode.outputs.labels
@@ -125,7 +144,7 @@ class PlanParts:
     def _path(
         self, limits: NamedNumbers, t: ca.SX, x: ca.SX, p: ca.SX, signals: tuple[Signals, Signals]
     ) -> tuple[tuple[str, ...], Array, Array, ca.SX]:
-        """The labels, ends and expressions of limited outputs and signals."""
+        """The labels, ends and expressions of the outputs and signals among these names."""
         names, lows, highs, parts = [], [np.zeros(0)], [np.zeros(0)], [ca.SX(0, 1)]
         y, outputs = self.ode.h(t, x, p), self.ode.outputs
         for name in (name for name in limits if name not in self._of(limits)):

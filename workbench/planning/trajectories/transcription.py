@@ -148,9 +148,13 @@ class Transcription:
         return low, high
 
     def signal_bounds(self, phase: PhaseProblem, count: int) -> tuple[Array, Array]:
-        """The bounds of the signals of a phase at all points, column by column."""
+        """The bounds of the signals of a phase at all points, column by column; the last are those at the end."""
         points = STAGES + 1 if self.problem.method == "collocation" else 2
-        return np.tile(phase.g.low, points * count), np.tile(phase.g.high, points * count)
+        low, high = np.tile(phase.g.low, points * count), np.tile(phase.g.high, points * count)
+        size = len(phase.path_names)
+        low[-size:] = np.maximum(low[-size:], phase.g_end.low)
+        high[-size:] = np.minimum(high[-size:], phase.g_end.high)
+        return low, high
 
 
 def _tighten(low: Parts, high: Parts, ends: Ends, scales: Scales, nx: int, k: int) -> None:
