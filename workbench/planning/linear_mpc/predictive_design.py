@@ -127,7 +127,7 @@ class PredictiveDesign:
 
     @property
     def filter_claims(self) -> tuple[Claim, ...]:
-        """What is proved of a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
+        """The claims that are proved of a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
         return filter_claims(terminal_set(self.problem))
 
     @property
@@ -182,12 +182,11 @@ def predictive_design(
         Of the computer and of its inputs, in s.
     Q, R, horizon
         Weights of a period, (nx, nx) semidefinite and (nu, nu) positive definite, and the number of stages.
-    limits, rate_limits
-        Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
-    cones
-        Limits |lateral - centre| <= slope axial + offset of inputs, or of states, by name. They are hard.
+    limits, rate_limits, cones
+        Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period; and
+        hard limits |lateral - centre| <= slope axial + offset of inputs, or of states.
     soft_weight
-        The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
+        Weight w of a violation s of a limit of a state or an output, w s^2; by default these limits are hard.
     sweeps, modes, accuracy
         The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
         `accuracy`, in spans of an input and in cost, along a sample of closed loops of the exact law: not proved.
@@ -209,12 +208,10 @@ def predictive_design(
     """
     names = signal_names(system, Q, R)
     ends = named_limits(system, names, limits, rate_limits or {}, soft_weight, cones)
-    problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
-    refuse_rest(problem)
+    refuse_rest(problem := sampled_mpc(system, period, Q, R, horizon, ends, delay=delay))
     follows = offset_design(system, problem, float(period), float(delay), offset_free) if offset_free else (None, None)
-    numbers, evidence = _sweeps(problem, len(names[0]), accuracy, sweeps, modes)
-    claims = law_claims(problem, numbers, evidence)
-    return PredictiveDesign(*names, float(period), problem, numbers, evidence, claims, *follows)
+    chosen = _sweeps(problem, len(names[0]), accuracy, sweeps, modes)
+    return PredictiveDesign(*names, float(period), problem, *chosen, law_claims(problem, *chosen), *follows)
 
 
 def _sweeps(
