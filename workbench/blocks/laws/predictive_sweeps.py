@@ -68,14 +68,15 @@ class PeriodAnswer(NamedTuple):
 def answer_of_period(law: SweepNumbers, plan: ca.SX, e: ca.SX, rest: ca.SX) -> PeriodAnswer:
     """The answer at a state e (nx, 1), from the plan (nc, N) of the period before and the rows (nc, 1) of the rest."""
     nx, rows, closed = e.numel(), law.F - law.E @ law.K, law.A - law.B @ law.K
-    one = metric_sweep if law.gains is None else admm_sweep
 
     def start(c: ca.SX, own: ca.SX) -> tuple[ca.SX, ...]:
         answer = rows @ c[:nx] + rest
         return ca.vertcat(closed @ c[:nx], ca.fmax(c[nx], passes_limits(law, answer))), answer, own + answer
 
     def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-        return (ca.if_else(outside, ca.vertcat(*one(law, ca.reshape(both[:-1], *plan.shape), lqr)), both),)
+        own = ca.reshape(both[:-1], *plan.shape)
+        one = metric_sweep(law, own, lqr) if law.gains is None else admm_sweep(law, own, lqr, outside)
+        return (ca.if_else(outside, ca.vertcat(*one), both),)
 
     end, lqr, zeta = bounded_loop(law.horizon, start, ca.vertcat(e, 0.0), plan)
     (both,) = bounded_loop(law.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(lqr, end[nx]))
@@ -149,37 +150,47 @@ def _active_sums(law: SweepNumbers, gap: ca.SX, acts: ca.SX, modes: ca.SX) -> tu
     return places, sums
 
 
-def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
+def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX, acts: ca.SX) -> tuple[ca.SX, ca.SX]:
     """The next zeta (N nc, 1), and the residual of the one that came, by a pass backward and one forward:
 
     zeta <- zeta + cap (y - v),    v = clip(zeta),    y the rows of the plan of least cost near 2 v - zeta.
 
-    Rows of cones are not clipped, but take the nearest point of their cone.
+    Rows of cones are not clipped, but take the nearest point of their cone. The passes are left out if `acts` is 0.
     """
     (nu, nx), N = law.K.shape, law.horizon
     rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
     pull = ca.SX(1.0) / (ca.SX(law.sigma) + ca.SX(law.softness))
     give, shares = law.softness * pull, _inverse_spans(law)
 
-    def back(p: ca.SX, own: ca.SX, lqr: ca.SX, gain: ca.SX, inverse: ca.SX) -> tuple[ca.SX, ...]:
+    def back(p: ca.SX, own: ca.SX, lqr: ca.SX, gain: ca.SX, inverse: ca.SX, acts: ca.SX) -> tuple[ca.SX, ...]:
         v = within_limits(law, own)
         aims = 2 * v - own - lqr
         force = pull * aims
         push = law.B.T @ p + law.E.T @ force
         after = closed.T @ p + rows.T @ force - ca.reshape(gain, nu, nx).T @ push
-        return after, ca.reshape(inverse, nu, nu) @ push, v, aims
+        move = ca.reshape(inverse, nu, nu) @ push
+        return (
+            ca.if_else(acts, after, p),
+            *(ca.if_else(acts, part, ca.SX.zeros(part.shape)) for part in (move, v, aims)),
+        )
 
-    def forth(c: ca.SX, own: ca.SX, lqr: ca.SX, d: ca.SX, v: ca.SX, aims: ca.SX, gain: ca.SX) -> tuple[ca.SX, ...]:
+    def forth(c: ca.SX, own: ca.SX, lqr: ca.SX, d: ca.SX, v: ca.SX, aims: ca.SX, *more: ca.SX) -> tuple[ca.SX, ...]:
+        gain, acts = more
         e = c[:nx]
         d = d - ca.reshape(gain, nu, nx) @ e
         moved = rows @ e + law.E @ d
         gap = lqr + moved + give * (aims - moved) - v
         largest = ca.fmax(c[nx], ca.mmax(ca.fabs(gap) * shares))
-        return ca.vertcat(closed @ e + law.B @ d, largest), own + law.cap * gap
+        after = ca.vertcat(closed @ e + law.B @ d, largest)
+        return ca.if_else(acts, after, c), ca.if_else(acts, own + law.cap * gap, own)
 
     gains, inverses = (_by_stage(part, N) for part in (law.gains, law.inverses))
-    _, moves, kept, aims = bounded_loop(N, back, ca.SX.zeros(nx), zeta, answer, gains, inverses, backward=True)
-    end, following = bounded_loop(N, forth, ca.SX.zeros(nx + 1), zeta, answer, moves, kept, aims, gains)
+    _, moves, kept, aims = bounded_loop(
+        N, back, ca.SX.zeros(nx), zeta, answer, gains, inverses, constants=(acts,), backward=True
+    )
+    end, following = bounded_loop(
+        N, forth, ca.SX.zeros(nx + 1), zeta, answer, moves, kept, aims, gains, constants=(acts,)
+    )
     return ca.vec(following), end[nx]
 
 

@@ -229,11 +229,10 @@ class SafetyFilter(AbstractController):
             base = rows @ c + own.E @ d
             return closed @ c + own.B @ d, base, memory + base
 
-        one = metric_sweep if own.gains is None else admm_sweep
-
         def sweep(both: ca.SX, base: ca.SX, safe: ca.SX) -> tuple[ca.SX, ...]:
-            swept = ca.vertcat(*one(own, ca.reshape(both[:-1], nc, N), base))
-            return (ca.if_else(safe, both, swept),)
+            rows, acts = ca.reshape(both[:-1], nc, N), ca.logic_not(safe)
+            one = metric_sweep(own, rows, base) if own.gains is None else admm_sweep(own, rows, base, acts)
+            return (ca.if_else(acts, ca.vertcat(*one), both),)
 
         _, base, zeta = bounded_loop(N, start, e, alone, kept)
         begun = ca.vertcat(ca.vec(zeta), 0.0)

@@ -127,7 +127,7 @@ class PredictiveDesign:
 
     @property
     def filter_claims(self) -> tuple[Claim, ...]:
-        """The claims that are proved of a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
+        """The claims on a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
         return filter_claims(terminal_set(self.problem))
 
     @property
