@@ -17,7 +17,7 @@ _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.bounded_loop": "bounded_loop",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive NonlinearPredictive PID ScheduledLaw "
+    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive NonlinearPredictive PID SafetyFilter ScheduledLaw "
     "StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
@@ -37,7 +37,7 @@ _ROOMS = {
     "engine": "simulate",
     "engine.reference": "reference_run",
     "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
-    "planning": "nonlinear_predictive_design predictive_design",
+    "planning": "ConeLimit nonlinear_predictive_design predictive_design",
     "design": "linearize",
     "design.frequency": "bandwidth c2d condition_number d2c h2_norm hinf_norm pole_zero_structure relative_gains "
     "stability_margins",

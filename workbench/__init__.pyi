@@ -23,6 +23,7 @@ from workbench.blocks.laws import (
     LinearLaw,
     ModelPredictive,
     NonlinearPredictive,
+    SafetyFilter,
     ScheduledLaw,
     StateFeedback,
     TrajectoryFeedback,
@@ -158,7 +159,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
-from workbench.planning import nonlinear_predictive_design, predictive_design
+from workbench.planning import ConeLimit, nonlinear_predictive_design, predictive_design
 from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -215,6 +216,7 @@ __all__ = [
     "Chirp",
     "ClosedLoop",
     "CombinedReference",
+    "ConeLimit",
     "Constant",
     "Controller",
     "DCMotor",
@@ -270,6 +272,7 @@ __all__ = [
     "Reference",
     "Results",
     "Run",
+    "SafetyFilter",
     "SampledLaw",
     "SampledSystem",
     "Saturation",

@@ -13,6 +13,7 @@ import workbench as wb
 from studies.b4_handover.solver_program import (
     COMPILER,
     OWN,
+    Limit,
     SolverRun,
     missing_programs,
     run,
@@ -31,7 +32,7 @@ def osqp_lacks() -> str:
     return missing_programs() or ("" if HAS_OSQP else "the package osqp is not installed")
 
 
-def osqp_run(problem: wb.planning.LinearMpc, low: float, high: float, states: wb.Array) -> SolverRun:
+def osqp_run(problem: wb.planning.LinearMpc, low: Limit, high: Limit, states: wb.Array) -> SolverRun:
     """The generated code at its default settings, warm started, from states (T, nx) one after the other."""
     options = wb.handover.CORTEX_M7.compiler_options
     with TemporaryDirectory(prefix="osqp-") as place:
@@ -47,7 +48,7 @@ def osqp_run(problem: wb.planning.LinearMpc, low: float, high: float, states: wb
         return solver_run(folder, COMPILER, [*objects, "system.o"], states, problem.B.shape[1])
 
 
-def _generate(problem: wb.planning.LinearMpc, low: float, high: float, folder: Path) -> None:
+def _generate(problem: wb.planning.LinearMpc, low: Limit, high: Limit, folder: Path) -> None:
     """The code for the states x_0, ..., x_N and inputs of all stages, whose first rows are the state that is given."""
     (nx, nu), N = problem.B.shape, problem.horizon
     size = (N + 1) * nx
@@ -64,8 +65,8 @@ def _generate(problem: wb.planning.LinearMpc, low: float, high: float, folder: P
         sparse.csc_matrix(np.triu(cost)),
         np.zeros(rows.shape[1]),
         sparse.csc_matrix(rows),
-        np.r_[none, np.full(N * nu, low)],
-        np.r_[none, np.full(N * nu, high)],
+        np.r_[none, np.tile(np.broadcast_to(low, nu), N)],
+        np.r_[none, np.tile(np.broadcast_to(high, nu), N)],
         verbose=False,
     )
     solver.codegen(

@@ -66,8 +66,7 @@ def predictive_count(key: str) -> PredictiveCount:
     (result,), own = replay.results, replay.results[0].figures
     states, moves = (np.asarray(part, dtype=float) for part in (replay.recording.y, replay.recording.u))
     exact = np.array([design.exact.first_move(state) for state in states])
-    edge = 1e-9 * (problem.high - problem.low)
-    active = float(np.mean((exact <= problem.low + edge) | (exact >= problem.high - edge)))
+    active = float(np.mean(_acts(problem, design.problem, exact)))
     law = None
     if own.instructions is not None and own.most is not None:
         law = SolverCount(own.instructions, own.most, _error(problem, moves, exact), design.numbers.sweeps)
@@ -76,7 +75,7 @@ def predictive_count(key: str) -> PredictiveCount:
     if not result.reason and not tinympc_lacks():
         runs = (tinympc_run(design.problem, problem.low, problem.high, one, states) for one in PENALTIES)
         tinympc = min((_counted(problem, one, exact) for one in runs), key=lambda count: count.mean)
-    if not result.reason and not osqp_lacks():
+    if not result.reason and not osqp_lacks() and not problem.cones:
         osqp = _counted(problem, osqp_run(design.problem, problem.low, problem.high, states), exact)
     reasons = tuple(dict.fromkeys(one for one in (result.reason, tinympc_lacks(), osqp_lacks()) if one))
     return PredictiveCount(active, result.differing_bits, law, own.stack, room, tinympc, osqp, reasons)
@@ -90,4 +89,15 @@ def _counted(problem: PredictiveProblem, run: SolverRun, exact: wb.Array) -> Sol
 
 def _error(problem: PredictiveProblem, moves: wb.Array, exact: wb.Array) -> float:
     """The root mean square error of moves, in spans of their limits."""
-    return float(np.sqrt(np.mean((moves - exact) ** 2)) / (problem.high - problem.low))
+    return float(np.sqrt(np.mean(((moves - exact) / (problem.high - problem.low)) ** 2)))
+
+
+def _acts(problem: PredictiveProblem, posed: wb.planning.LinearMpc, exact: wb.Array) -> wb.Array:
+    """True (T, nu) for first moves (T, nu) at a limit, and for the inputs of a cone at its edge."""
+    edge = 1e-9 * (problem.high - problem.low)
+    acts = (exact <= problem.low + edge) | (exact >= problem.high - edge)
+    for cone in posed.rows.cones:
+        across, along = exact[:, list(cone.inputs[:-1])] - cone.centre, exact[:, cone.inputs[-1]]
+        radius = cone.slope * along + cone.offset
+        acts[:, list(cone.inputs)] |= (np.linalg.norm(across, axis=1) >= radius - 1e-9 * cone.offset)[:, None]
+    return np.asarray(acts)

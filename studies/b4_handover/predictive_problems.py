@@ -13,6 +13,8 @@ import workbench as wb
 HORIZONS = (4, 16, 64)
 PUSHED, IDLE = STATES_OF_RUN = ("pushed", "idle")  # a disturbance takes the inputs to their limits, or never does
 IDLE_SHARE = 0.02  # of the disturbance
+HOVER = 98.1  # N, the weight of the rocket
+THRUST_CONE = wb.ConeLimit(("u[0]", "u[1]"), "u[2]", slope=0.25, offset=0.25 * HOVER)
 
 
 @wb.block
@@ -46,7 +48,7 @@ class DrivenPlant(wb.Plant):
 class PredictiveProblem:
     """A plant x' = A x + B u with a period [s], weights, limits of the inputs, and the disturbance that pushes it.
 
-    The limits are deviations from the rest.
+    The limits are deviations from the rest: numbers for all inputs, or one for each. A cone is of the inputs u[i].
     """
 
     name: str
@@ -55,10 +57,11 @@ class PredictiveProblem:
     period: float
     Q: wb.Array
     R: wb.Array
-    low: float
-    high: float
+    low: float | wb.Array
+    high: float | wb.Array
     push: wb.Array
     omega: float
+    cones: tuple[wb.ConeLimit, ...] = ()
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -70,8 +73,9 @@ class PredictiveProblem:
         """The design, with its own number of sweeps."""
         plant = self.plant(0.0)
         linear = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(len(self.A)), at_rest=True)
-        limits = dict.fromkeys(linear.input_labels, (self.low, self.high))
-        return wb.predictive_design(linear, self.period, self.Q, self.R, horizon, limits=limits)
+        ends = (np.broadcast_to(end, self.sizes[1]).tolist() for end in (self.low, self.high))
+        limits = dict(zip(linear.input_labels, zip(*ends, strict=True), strict=True))
+        return wb.predictive_design(linear, self.period, self.Q, self.R, horizon, limits=limits, cones=self.cones)
 
     def plant(self, share: float) -> DrivenPlant:
         """The plant under a share of the disturbance."""
@@ -110,14 +114,19 @@ def _masses(count: int, inputs: int, size: float) -> PredictiveProblem:
     return PredictiveProblem(f"{count} masses", A, B, 0.5, np.eye(2 * count), np.eye(inputs), -0.5, 0.5, push, 0.6)
 
 
-def _rocket() -> PredictiveProblem:
-    """The lander of mcu-solver-benchmarks, 10 kg, about its hover and without the cone of its thrust."""
+def _rocket(push: tuple[float, float, float], cones: tuple[wb.ConeLimit, ...] = ()) -> PredictiveProblem:
+    """The lander of rocket_landing/gen_rocket.py in mcu-solver-benchmarks, 10 kg, about its hover.
+
+    Its thrusts are -10 to 105 N. The benchmark plans its descent; here a disturbance [m/s^2] pushes it.
+    """
     A, B = np.eye(6, k=3), np.vstack([np.zeros((3, 3)), 0.1 * np.eye(3)])
-    push = np.array([0.0, 0.0, 0.0, 0.2, 0.1, -0.4])
-    return PredictiveProblem("rocket", A, B, 0.05, 1e3 * np.eye(6), np.eye(3), -108.1, 6.9, push, 0.8)
+    low, high = np.array([-10.0, -10.0, -10.0 - HOVER]), np.array([105.0, 105.0, 105.0 - HOVER])
+    name, shaken = "rocket with its cone" if cones else "rocket", np.array([0.0, 0.0, 0.0, *push])
+    return PredictiveProblem(name, A, B, 0.05, 1e3 * np.eye(6), np.eye(3), low, high, shaken, 0.8, cones)
 
 
 @cache
 def problems() -> tuple[PredictiveProblem, ...]:
     """All problems, by the number of their states."""
-    return (_double_integrator(), _cart_pole(), _rocket(), _masses(4, 2, 0.75), _masses(8, 3, 0.3))
+    rockets = _rocket((0.2, 0.1, -0.4)), _rocket((-1.6, -1.0, -0.4), (THRUST_CONE,))
+    return (_double_integrator(), _cart_pole(), *rockets, _masses(4, 2, 0.75), _masses(8, 3, 0.3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import workbench as wb
+from studies.b4_handover.filter_law import filter_table
 from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, SolverCount, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, IDLE_SHARE, PUSHED, problems
 
@@ -34,7 +35,7 @@ def predictive_section(results: wb.Results) -> wb.Section:
     reasons = dict.fromkeys(reason for one in counts(results).values() for reason in one.reasons)
     absent = (wb.Paragraph(f"Not counted here: {'; '.join(reasons)}."),) if reasons else ()
     solvers = solver_table(results, PUSHED), solver_table(results, IDLE), osqp_table(results), error_table(results)
-    tables = (*solvers, memory_table(results), published_table())
+    tables = (*solvers, memory_table(results), filter_table(results), published_table())
     return wb.Section("A predictive law on a Cortex-M7", (wb.Paragraph(words), *absent, *tables))
 
 
@@ -159,8 +160,10 @@ def published_table() -> wb.document.ReportTable:
         f"Times of one iteration, not of a period, in single precision on real boards; {SOURCE}. They are times and "
         "not instructions, and no board is at hand here: the two tables cannot be divided by each other. A dash: out "
         "of memory, or not published.",
-        "The safety filter follows planned inputs within hard limits on states, and the rocket has a cone of thrust: "
-        "this law has neither. The rocket in the tables above has the limits of its inputs alone.",
+        "The rocket with its cone in the tables above has the model, weights, limits and cone of that benchmark, "
+        "rocket_landing/gen_rocket.py, but a disturbance in the place of its descent. OSQP poses no cone. The safety "
+        "filter of the benchmark follows planned inputs within hard limits on states; the filter above has its model "
+        "and limits, but another plan.",
     )
     rows = tuple((stages, *times) for stages, times in PUBLISHED.items())
     return wb.document.ReportTable("predictive_published", "Published times of TinyMPC and OSQP.", columns, rows, notes)

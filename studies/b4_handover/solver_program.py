@@ -16,6 +16,7 @@ COMPILER, CXX_COMPILER, EMULATOR = "arm-none-eabi-gcc", "arm-none-eabi-g++", "qe
 PROGRAM = "law.elf"  # which the board runs
 TICK = 40  # instructions
 SECONDS = 600.0  # of one program
+Limit = float | wb.Array  # of all inputs, or of each
 OWN = Path(__file__).parent / "solver_programs"
 BARE = ("-nostartfiles", "-T", "board.ld", "-Wl,--no-warn-rwx-segments")
 
@@ -36,18 +37,26 @@ def missing_programs() -> str:
     return f"{' and '.join(missing)} not installed" if missing else ""
 
 
-def write_program(folder: Path, problem: wb.planning.LinearMpc, low: float, high: float, penalty: float = 0.0) -> None:
-    """The board, and the header of a problem, whose weights are less by the penalty that a solver adds to them."""
+def write_program(folder: Path, problem: wb.planning.LinearMpc, low: Limit, high: Limit, penalty: float = 0.0) -> None:
+    """The board, and the header of a problem, whose weights are less by the penalty that a solver adds to them.
+
+    A cone of inputs is moved to its apex. TinyMPC subtracts the penalty of a cone from R once more.
+    """
     nx, nu = problem.B.shape
-    N = problem.horizon
+    N, apex = problem.horizon, input_apex(problem)
     sizes = {"NX": nx, "NU": nu, "STAGES": N, "ROWS": (N + 1) * nx + N * nu, "PENALTY": repr(float(penalty))}
+    R = np.diag(problem.R)
+    for cone in problem.rows.cones:
+        sizes |= {"CONE_START": cone.inputs[0], "CONE_SIZE": len(cone.inputs), "CONE_SLOPE": repr(cone.slope)}
     tables: Mapping[str, wb.Array] = {
         "A_columns": problem.A.ravel(order="F"),
         "B_columns": problem.B.ravel(order="F"),
         "Q_diagonal": np.diag(problem.Q) - penalty,
-        "R_diagonal": np.diag(problem.R) - penalty,
-        "lowest": np.full(nu, low),
-        "highest": np.full(nu, high),
+        "R_diagonal": R if problem.rows.cones else R - penalty,
+        "lowest": np.broadcast_to(low, nu) - apex,
+        "highest": np.broadcast_to(high, nu) - apex,
+        "drift": problem.B @ apex,
+        "wanted": -apex * R / (R + penalty),
     }
     lines = [f"#define {name} {value}" for name, value in sizes.items()]
     lines += [
@@ -57,6 +66,14 @@ def write_program(folder: Path, problem: wb.planning.LinearMpc, low: float, high
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     run([COMPILER, *wb.handover.CORTEX_M7.compiler_options, "-c", "platform.c"], folder)
+
+
+def input_apex(problem: wb.planning.LinearMpc) -> wb.Array:
+    """The apex (nu,) of the cone of inputs, which is at zero for TinyMPC; zeros without a cone."""
+    apex = np.zeros(problem.B.shape[1])
+    for cone in problem.rows.cones:
+        apex[list(cone.inputs)] = [*cone.centre, -cone.offset / cone.slope]
+    return apex
 
 
 def solver_run(folder: Path, compiler: str, objects: Sequence[str], states: wb.Array, inputs: int) -> SolverRun:

@@ -4,6 +4,7 @@ Runs in about ten minutes on two idle cores; with the sources of TinyMPC, in fif
 """
 
 import workbench as wb
+from studies.b4_handover.filter_law import filter_work
 from studies.b4_handover.loops import SEED
 from studies.b4_handover.machines import replay_works
 from studies.b4_handover.margins import scan_works, sweeps
@@ -30,7 +31,7 @@ study = wb.Study(
         "one. For the laws of the paper's arm, the near start is on the reference and the far start is the paper's."
     ),
     sweeps=(*sweeps(), *shared_sweeps()),
-    works=(*replay_works(), *scan_works(), operations_work(), predictive_work()),
+    works=(*replay_works(), *scan_works(), operations_work(), predictive_work(), filter_work()),
     sections=sections,
     seed=SEED,
     live=None,

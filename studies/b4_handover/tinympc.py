@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +17,9 @@ from studies.b4_handover.solver_program import (
     COMPILER,
     CXX_COMPILER,
     OWN,
+    Limit,
     SolverRun,
+    input_apex,
     missing_programs,
     run,
     solver_run,
@@ -37,7 +40,7 @@ def tinympc_lacks() -> str:
     return ""
 
 
-def tinympc_run(problem: wb.planning.LinearMpc, low: float, high: float, penalty: float, states: wb.Array) -> SolverRun:
+def tinympc_run(problem: wb.planning.LinearMpc, low: Limit, high: Limit, penalty: float, states: wb.Array) -> SolverRun:
     """The solver at its default settings, warm started, from states (T, nx) one after the other.
 
     It adds the penalty to the weights that it is given, which here are less by it: so it solves the same problem.
@@ -49,7 +52,8 @@ def tinympc_run(problem: wb.planning.LinearMpc, low: float, high: float, penalty
         run([COMPILER, *options, "-c", str(OWN / "system.c")], folder)
         run([CXX_COMPILER, *_own_options(options), f"-I{folder}", "-c", str(OWN / "tinympc_main.cpp")], folder)
         objects = ["tinympc_main.o", "system.o", *map(str, _compiled_solver(options))]
-        return solver_run(folder, CXX_COMPILER, objects, states, problem.B.shape[1])
+        answer = solver_run(folder, CXX_COMPILER, objects, states, problem.B.shape[1])
+        return replace(answer, u=answer.u + input_apex(problem))
 
 
 def _own_options(options: Sequence[str]) -> list[str]:

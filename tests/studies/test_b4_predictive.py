@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from studies.b4_handover import predictive_laws, predictive_tables
+from studies.b4_handover import filter_law, predictive_laws, predictive_tables
+from studies.b4_handover.filter_law import FilterCount, filter_count
 from studies.b4_handover.osqp_code import osqp_lacks, osqp_run
 from studies.b4_handover.predictive_laws import PredictiveCount, SolverCount, predictive_count, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, PUSHED, problems
@@ -21,7 +22,8 @@ def results(**changes):
     """Results in which each law has the same count."""
     one = {"tinympc": SolverCount(4000.0, 9000.0, 1e-3, 5.0), "osqp": None, "reasons": ("osqp is missing",)} | changes
     count = PredictiveCount(0.2, 0, OURS, 500, 800, **one)
-    return Results(works={predictive_laws.WORK: (count,) * len(predictive_keys())})
+    filtered = (FilterCount(0.5, 1.0, 3, 1e4, 2e4, 0, 900, ""),) * len(filter_law.STAGES)
+    return Results(works={predictive_laws.WORK: (count,) * len(predictive_keys()), filter_law.WORK: filtered})
 
 
 def test_every_problem_has_a_row_at_every_horizon():
@@ -61,6 +63,24 @@ def test_a_counted_law_has_the_bits_of_the_simulation():
     assert 0 < count.law.mean <= count.law.most
     assert 0.05 < count.active < 0.5  # the limit acts in some periods
     assert (count.tinympc is None) == bool(tinympc_lacks())
+
+
+@needs_cortex_m
+def test_the_rocket_with_its_cone_has_the_bits_of_the_simulation():
+    count = predictive_count(f"rocket with its cone|4|{PUSHED}")
+    assert count.differing_bits == 0
+    assert count.active > 0.2
+    assert count.law.error < 1e-2
+    assert count.osqp is None  # which has no cones
+
+
+@needs_cortex_m
+def test_the_safety_filter_has_the_bits_of_the_simulation_and_keeps_its_limits():
+    count = filter_count(4)
+    assert count.differing_bits == 0
+    assert count.interventions > 0.5
+    assert count.largest <= 1 + 1e-9
+    assert [row[0] for row in filter_law.filter_table(results()).rows] == list(filter_law.STAGES)
 
 
 @needs_cortex_m

@@ -17,10 +17,10 @@ True
 from workbench.core.lazy_names import lazy_names
 
 _FILES = {
-    "linear_mpc": "ExactMpc InfeasibilityProof KktCertificate LimitRows LinearMpc MpcConflictError MpcLimits "
+    "linear_mpc": "ConeLimit ExactMpc InfeasibilityProof KktCertificate LimitRows LinearMpc MpcConflictError MpcLimits "
     "MpcSolution OffsetFree OperationCount PredictionMaps PredictiveDesign RecursionNumbers SampledLoss "
-    "SplittingAnswer SplittingNumbers SplittingTuning SweepEvidence TerminalSet TuningRow dual_product exact_loops "
-    "exact_mpc limited_target move_bound mpc_problem no_memory offset_free operation_count plan_gap "
+    "SplittingAnswer SplittingNumbers SplittingTuning SweepEvidence TerminalSet TuningRow dual_product "
+    "exact_loops exact_mpc limited_target move_bound mpc_problem no_memory offset_free operation_count plan_gap "
     "prediction_maps predictive_design recursion_numbers sampled_loss sampled_mpc solve_period splitting_numbers "
     "terminal_set tune_splitting",
     "nonlinear_mpc": "NonlinearPredictiveDesign nonlinear_predictive_design",

@@ -1,6 +1,7 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.planning.linear_mpc import (
+    ConeLimit,
     ExactMpc,
     InfeasibilityProof,
     KktCertificate,
@@ -57,6 +58,7 @@ from workbench.planning.trajectories import (
 )
 
 __all__ = [
+    "ConeLimit",
     "ExactMpc",
     "Funnel",
     "InfeasibilityProof",

@@ -15,11 +15,11 @@ static TinySolver *solver;
 static void prepare(void)
 {
     tinyMatrix A = Map<const Matrix<double, NX, NX>>(A_columns), B = Map<const Matrix<double, NX, NU>>(B_columns);
-    tinyVector none = tinyVector::Zero(NX);
+    tinyVector drifting = Map<const Matrix<double, NX, 1>>(drift);
     tinyMatrix Q = tinyMatrix::Zero(NX, NX), R = tinyMatrix::Zero(NU, NU);
     Q.diagonal() = Map<const Matrix<double, NX, 1>>(Q_diagonal);
     R.diagonal() = Map<const Matrix<double, NU, 1>>(R_diagonal);
-    tiny_setup(&solver, A, B, none, Q, R, PENALTY, NX, NU, STAGES + 1, 0);
+    tiny_setup(&solver, A, B, drifting, Q, R, PENALTY, NX, NU, STAGES + 1, 0);
     tinyMatrix x = tinyMatrix::Constant(NX, STAGES + 1, 1e17), low(NU, STAGES), high(NU, STAGES);
     for (int i = 0; i < NU; i++) {
         low.row(i).setConstant(lowest[i]);
@@ -27,6 +27,16 @@ static void prepare(void)
     }
     tiny_set_bound_constraints(solver, -x, x, low, high);
     solver->settings->en_state_bound = 0; // no state has a limit
+    for (int i = 0; i < NU; i++) solver->work->Uref.row(i).setConstant(wanted[i]);
+#ifdef CONE_SIZE
+    VectorXi start(1), size(1), nowhere(0);
+    tinyVector slope(1), no_slope(0);
+    start << CONE_START;
+    size << CONE_SIZE;
+    slope << CONE_SLOPE;
+    tiny_set_cone_constraints(solver, nowhere, nowhere, no_slope, start, size, slope);
+    solver->settings->en_input_soc = 1;
+#endif
 }
 
 int main(void)

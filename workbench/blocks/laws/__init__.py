@@ -9,6 +9,7 @@ from workbench.blocks.laws.limited_law import LimitedLaw
 from workbench.blocks.laws.model_predictive import ModelPredictive
 from workbench.blocks.laws.nonlinear_predictive import NonlinearPredictive
 from workbench.blocks.laws.pid import PID
+from workbench.blocks.laws.safety_filter import SafetyFilter
 from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
 from workbench.blocks.laws.trajectory_feedback import TrajectoryFeedback
@@ -20,6 +21,7 @@ __all__ = [
     "ModelPredictive",
     "NonlinearPredictive",
     "PID",
+    "SafetyFilter",
     "ScheduledLaw",
     "StateFeedback",
     "LinearLaw",

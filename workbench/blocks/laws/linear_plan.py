@@ -7,6 +7,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.limit_cones import inputs_within_limits
 from workbench.blocks.laws.predictive_ports import DISTURBANCE, About, all_finite, column
 from workbench.blocks.laws.predictive_sweeps import PeriodAnswer, SweepNumbers, lqr_rows, rows_of_stage
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
@@ -77,11 +78,10 @@ def rest_beyond_limits(law: RestNumbers, about: About) -> dict[str, ca.SX]:
 def planned_inputs(law: SweepNumbers, answer: PeriodAnswer) -> ca.SX:
     """The inputs (nu, N) of an answer within their limits, as deviations from the rest."""
     nu, nc = law.B.shape[1], law.low.shape[0]
-    low, high = ca.SX(law.low)[:nu], ca.SX(law.high)[:nu]
     rows = ca.reshape(answer.zeta, nc, law.horizon)[:nu, :], answer.lqr[:nu, :]
 
     def stage(none: ca.SX, row: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
-        return none, ca.fmin(ca.fmax(ca.if_else(outside, row, lqr), low), high)
+        return none, inputs_within_limits(law, ca.if_else(outside, row, lqr))
 
     return bounded_loop(law.horizon, stage, ca.SX(0, 1), *rows, constants=(answer.outside,))[1]
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.laws.limit_cones import LimitCone, cones_of, inputs_within_limits
 from workbench.blocks.laws.linear_plan import (
     about_period,
     following_plan,
@@ -79,6 +80,8 @@ class ModelPredictive(AbstractController):
         Gains (N nu, nx) and inverse weights (N nu, nu) of the stages for ADMM; None for sweeps in the metric.
     rates
         True if the last nu rows limit the change of each input, and the last nu states are the inputs before.
+    cones
+        The second-order cones among the rows, as `LimitCone` of their places; their inputs are kept exactly.
     outputs, target, y0
         Layout of the outputs that reach their references without offset, the map (nx + nu, nd + nr) from d and
         y_ref - y0 to the rest (x_s, u_s), and the outputs (nr,) at the rest x0; None without an estimate of d. A run
@@ -133,6 +136,7 @@ class ModelPredictive(AbstractController):
     gains: Matrix = parameter(default=None, unit=ANY, shape=("k", "nx"), is_derived=True)
     inverses: Matrix = parameter(default=None, unit=ANY, shape=("k", "nu"), is_derived=True)
     rates: bool = False
+    cones: tuple[LimitCone, ...] = ()
     outputs: Layout = Layout()
     target: Matrix = parameter(default=None, unit=ANY, shape=("ns", "nt"), is_derived=True)
     y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0", is_derived=True)
@@ -192,6 +196,7 @@ class ModelPredictive(AbstractController):
             raise refusal("ModelPredictive.of(follow=...)", f"left out, as the design follows {outputs}", follow)
         ends = (np.asarray(own["u0"]) + own[end][: plant.inputs.size] for end in ("low", "high"))
         safe = safe_inputs("ModelPredictive.of", plant.inputs, safe_command, *ends)
+        own["cones"] = cones_of(own["cones"], None if safe is None else safe - own["u0"])
         port = Layout(tuple(plant.outputs[name] for name in outputs))
         own |= {"safe_command": safe, "fallback": fallback, "residual_bound": residual_bound}
         law = ModelPredictive(plant.states, plant.inputs, **own, follow=follow, outputs=port)
@@ -211,6 +216,11 @@ class ModelPredictive(AbstractController):
     @property
     def drives(self) -> Layout:
         return self.inputs
+
+    @property
+    def command_limits(self) -> tuple[Vector, Vector]:
+        """The limits (nu,) of the command, in the units of the inputs."""
+        return self.low[: self.inputs.size] + self.u0, self.high[: self.inputs.size] + self.u0
 
     @property
     def _counts(self) -> tuple[int, int, int]:
@@ -271,7 +281,7 @@ class ModelPredictive(AbstractController):
         nu, last, lqr = self.inputs.size, about.e[-self.inputs.size :], answer.lqr[: self.inputs.size, 0]
 
         def clip(v: ca.SX) -> ca.SX:
-            return ca.fmin(ca.fmax(v, self.low[:nu]), self.high[:nu])
+            return inputs_within_limits(self, v)
 
         v = clip(ca.if_else(answer.outside, answer.zeta[:nu], lqr))
         v = self._fallback.chosen_input(z, self._verdict(answer, about), v, clip(lqr), clip)

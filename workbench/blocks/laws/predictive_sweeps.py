@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 
 import casadi as ca
 
+from workbench.blocks.laws.limit_cones import LimitCone, passes_limits, within_limits
 from workbench.core.block import Matrix, Vector
 from workbench.core.bounded_loop import bounded_loop
 
@@ -52,6 +53,8 @@ class SweepNumbers(Protocol):
     def gains(self) -> Matrix: ...
     @property
     def inverses(self) -> Matrix: ...
+    @property
+    def cones(self) -> tuple[LimitCone, ...]: ...
 
 
 class PeriodAnswer(NamedTuple):
@@ -72,8 +75,7 @@ def answer_of_period(law: SweepNumbers, plan: ca.SX, e: ca.SX, rest: ca.SX) -> P
 
     def start(outside: ca.SX, own: ca.SX, Y: ca.SX, e: ca.SX, rest: ca.SX) -> tuple[ca.SX, ...]:
         answer = rows_of_stage(Y, e) + rest
-        passes = _any(ca.logic_or(answer < law.low, answer > law.high))
-        return ca.if_else(passes, 1.0, outside), answer, own + answer
+        return ca.if_else(passes_limits(law, answer), 1.0, outside), answer, own + answer
 
     def sweep(both: ca.SX, lqr: ca.SX, outside: ca.SX) -> tuple[ca.SX, ...]:
         return (ca.if_else(outside, ca.vertcat(*one(law, ca.reshape(both[:-1], *plan.shape), lqr)), both),)
@@ -186,6 +188,8 @@ def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca
     """The next zeta (N nc, 1), and the residual of the one that came, by a pass backward and one forward:
 
     zeta <- zeta + cap (y - v),    v = clip(zeta),    y the rows of the plan of least cost near 2 v - zeta.
+
+    Rows of cones are not clipped, but take the nearest point of their cone.
     """
     (nu, nx), N = law.K.shape, law.horizon
     rows, closed = law.F - law.E @ law.K, law.A - law.B @ law.K
@@ -193,7 +197,7 @@ def admm_sweep(law: SweepNumbers, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca
     give, shares = law.softness * pull, _inverse_spans(law)
 
     def back(p: ca.SX, own: ca.SX, lqr: ca.SX, gain: ca.SX, inverse: ca.SX) -> tuple[ca.SX, ...]:
-        v = ca.fmin(ca.fmax(own, law.low), law.high)
+        v = within_limits(law, own)
         aims = 2 * v - own - lqr
         force = pull * aims
         push = law.B.T @ p + law.E.T @ force

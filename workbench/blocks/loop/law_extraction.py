@@ -80,7 +80,7 @@ def _note_of(truths: tuple[str, ...]) -> tuple[str, ...]:
 def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Vector, Vector]]:
     """The limits of commands: those of the law itself, of the instruments, and of converters, as these round them."""
     law, own = loop.controller, {}
-    low, high = getattr(law, "low", None), getattr(law, "high", None)
+    low, high = getattr(law, "command_limits", (getattr(law, "low", None), getattr(law, "high", None)))
     if low is not None and high is not None and len(law.drives.entries) == 1:
         own[law.drives.names[0]] = (low, high)
     own |= {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())}

@@ -34,7 +34,9 @@ class ParameterFields(TypedDict):
 
 
 def write_parameter_file(path: str | os.PathLike[str], parameters: ParameterFields) -> None:
-    """Write the fields; a bound that is none becomes null."""
+    """Write the fields; a bound that is none becomes null. A folder is refused."""
+    if Path(path).is_dir():
+        raise ValueError(f"`FittedParameters.save(path=...)` must name a file; '{path}' is a folder.")
     made: dict[str, object] = {"format": FORMAT}
     for name, value in parameters.items():
         made[name] = np.asarray(value).tolist() if name in ARRAYS else value

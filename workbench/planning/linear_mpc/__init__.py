@@ -15,6 +15,7 @@ Examples
 (array([-1.]), array([-1.]))
 """
 
+from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.dual_recursion import (
     OperationCount,
@@ -38,6 +39,7 @@ from workbench.planning.linear_mpc.sweep_choice import SweepEvidence
 from workbench.planning.linear_mpc.terminal_ellipsoid import TerminalSet, terminal_set
 
 __all__ = [
+    "ConeLimit",
     "ExactMpc",
     "InfeasibilityProof",
     "KktCertificate",

@@ -4,7 +4,7 @@ In the coordinates of `prediction_maps` the problem is the least distance proble
 After a fixed number of sweeps the rows with multipliers are taken as active and solved as equalities, by orthogonal
 factors of their rows. Rows that are violated enter, rows whose multiplier pulls leave, until none does. Where this
 cycles, Lawson and Hanson's method decides: it ends, with a solution or with a Farkas vector. Either answer is returned
-only with its certificate.
+only with its certificate. `conic_solution` takes the place of both methods where limits are cones.
 
 References: Lawson and Hanson (1974), Solving Least Squares Problems, chapter 23; Hintermueller, Ito and Kunisch (2002),
 The primal-dual active set strategy as a semismooth Newton method, SIAM J. Optim. 13.
@@ -25,6 +25,7 @@ from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.array_doors import finite_vector
+from workbench.planning.linear_mpc.conic_solution import ConicSolver, conic_solver
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError, farkas_margin
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
@@ -45,7 +46,8 @@ class KktCertificate:
     """The errors of a solution in its conditions, each relative to the terms of its row or sum.
 
     `violation` is the largest excess of a row over its bound, `sign` the largest multiplier of a wrong sign, `gap` the
-    difference of primal and dual cost.
+    difference of primal and dual cost. Of a cone, `violation` is the distance from it, and `sign` that of the
+    multipliers from its polar cone, as a share of the largest.
     """
 
     violation: float
@@ -90,6 +92,11 @@ class ExactMpc:
         soft = np.tile(self.problem.rows.softness, self.problem.horizon)
         return np.hstack([self.maps.unit_rows, np.diag(np.sqrt(soft))[:, soft > 0]])
 
+    @cached_property
+    def conic(self) -> ConicSolver:
+        """The solver of a problem with cones."""
+        return conic_solver(self.problem, self.numbers.matrix, self.T)
+
     @check_arguments
     def solve(self, x: Numbers) -> MpcSolution:
         """The optimum from x (nx,).
@@ -104,6 +111,11 @@ class ExactMpc:
         """
         state = finite_vector("ExactMpc.solve(x=...)", x, len(self.problem.A), "states")
         y = self.maps.Y @ state
+        if self.problem.rows.cones:
+            answer = self.conic.multipliers(y)
+            if answer is None:  # the limits without cones may conflict already
+                raise self._refusal(state, _lawson_hanson(self.T, y, self.problem.low, self.problem.high)[1])
+            return self._solution(state, y, *answer)
         zeta = no_memory(self.numbers) + y
         acts = ((y < self.problem.low) | (y > self.problem.high)).any()
         for _ in range(SWEEPS if acts else 0):  # without them the LQR answer is the optimum
@@ -130,13 +142,17 @@ class ExactMpc:
         inputs = maps.V @ x + maps.G @ solve_triangular(maps.roots, z[: maps.G.shape[1]])
         start = float(x @ maps.P0 @ x)
         names = problem.rows.names
-        active = tuple((names[i % len(names)], int(i) // len(names)) for i in np.flatnonzero(lam))
+        active = dict.fromkeys((names[i % len(names)], int(i) // len(names)) for i in np.flatnonzero(lam))
+        if problem.rows.cones:
+            certificate = KktCertificate(*self.conic.errors(y, lam, start))
+        else:
+            certificate = certify(self, y, lam, start)
         return MpcSolution(
             inputs.reshape(problem.horizon, -1),
             start + float(z @ z),
             lam.reshape(problem.horizon, -1),
-            active,
-            certify(self, y, lam, start),
+            tuple(active),
+            certificate,
             steps,
         )
 
@@ -151,8 +167,8 @@ class ExactMpc:
         proof = InfeasibilityProof((), weights.reshape(self.problem.horizon, -1), margin, is_proved)
         proof = replace(proof, limits=_conflict(self, x))
         return MpcConflictError(
-            f"`ExactMpc.solve(x)`: no input keeps the limits on {', '.join(proof.limits)} from this state. Widen one "
-            "of them, or make limits on states soft by soft_weight.",
+            f"`ExactMpc.solve(x)`: no input keeps the limits on {', '.join(dict.fromkeys(proof.limits))} from this "
+            "state. Widen one of them, or make limits on states soft by soft_weight.",
             proof,
         )
 

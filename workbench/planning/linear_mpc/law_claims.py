@@ -7,9 +7,10 @@ from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.splitting import SplittingNumbers
 from workbench.planning.linear_mpc.sweep_choice import SweepEvidence
-from workbench.planning.linear_mpc.terminal_ellipsoid import terminal_set
+from workbench.planning.linear_mpc.terminal_ellipsoid import TerminalSet, terminal_set
 
 SAMPLE = "the sample of `predictive_design`; sampled, not proved"
+FILTER = "Wabersich and Zeilinger (2021), A predictive safety filter for learning-based control, Automatica 129"
 HERE = "the theory page Linear predictive control, section What is proved"
 
 
@@ -59,3 +60,21 @@ def law_claims(problem: LinearMpc, numbers: SplittingNumbers, evidence: SweepEvi
         )
     )
     return tuple(claims)
+
+
+def filter_claims(ends: TerminalSet) -> tuple[Claim, ...]:
+    """The claim on a safety filter with a terminal ellipsoid, which holds for any law and any number of sweeps."""
+    invariant = ends.claims[0]
+    proof = "in exact rational arithmetic" if ends.decrease_is_proved else "not proved, only found in rounding"
+    falls = Claim("invariance", f"P - (A - B K)'P (A - B K) is positive definite, {proof}.", FILTER)
+    model = Claim("model", "The plant is the linear model, without disturbance, and its state is known.", FILTER)
+    return (
+        Claim(
+            "safe forever",
+            "From the first period on in which one of its plans is safe, a loop with the filter keeps all limits, "
+            "whatever command it gets and however many sweeps it makes: the rest of a safe plan, with the LQR law "
+            "behind it, is a safe plan of the next period.",
+            FILTER,
+            (invariant, falls, model),
+        ),
+    )

@@ -12,6 +12,7 @@ from workbench.core.validation.refusals import Array, as_array, describe
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import matrix
 from workbench.planning.linear_mpc.array_doors import finite_vector
+from workbench.planning.linear_mpc.cone_limits import ConeLimit, StageCone, stage_cones
 
 RATE = "rate of "  # before the name of an input: the row of its change
 NO_LIMIT = 1e30  # a bound of this size or larger is none
@@ -36,6 +37,8 @@ class LimitRows:
         (nc,), 1 / w of a soft row, whose violation s costs w s^2 at every stage; 0 for a hard row.
     names
         One name a row.
+    cones
+        The cones among the rows. `low` and `high` of their rows are what other limits imply, for sizes alone.
     """
 
     F: Array
@@ -44,6 +47,7 @@ class LimitRows:
     high: Array
     softness: Array
     names: tuple[str, ...]
+    cones: tuple[StageCone, ...] = ()
 
     @property
     def count(self) -> int:
@@ -60,7 +64,8 @@ class LimitRows:
         x0 = finite_vector("LimitRows.about(x0=...)", x0, self.F.shape[1], "states")
         u0 = finite_vector("LimitRows.about(u0=...)", u0, self.E.shape[1], "inputs")
         at = self.F @ x0 + self.E @ u0
-        return LimitRows(self.F, self.E, self.low - at, self.high - at, self.softness, self.names)
+        cones = tuple(cone.about(at) for cone in self.cones)
+        return LimitRows(self.F, self.E, self.low - at, self.high - at, self.softness, self.names, cones)
 
 
 def bounds(call: str, value: object, names: tuple[str, ...]) -> tuple[Array, Array]:
@@ -116,6 +121,8 @@ class MpcLimits:
     soft_weight
         w > 0, a number or one for each limited state and output: its violation s costs w s^2 and is not forbidden. By
         default these limits are hard.
+    cones
+        Second-order cones of inputs, kept at 0 to N - 1, or of states, kept at 1 to N. They are hard.
 
     Examples
     --------
@@ -130,6 +137,7 @@ class MpcLimits:
     rates: Pair | None = None
     soft_weight: Numbers | None = None
     output_names: tuple[str, ...] = ()
+    cones: tuple[ConeLimit, ...] = ()
 
 
 def limit_rows(
@@ -154,7 +162,37 @@ def limit_rows(
         names += labels
     soft = np.r_[np.zeros(nu), softness("MpcLimits(soft_weight=...)", limits.soft_weight, len(C))]
     F, E = np.vstack([np.zeros((nu, nx)), C @ A]), np.vstack([np.eye(nu), C @ B])
-    return LimitRows(F, E, np.r_[low, ends[0]], np.r_[high, ends[1]], soft, tuple(names))
+    rows = LimitRows(F, E, np.r_[low, ends[0]], np.r_[high, ends[1]], soft, tuple(names))
+    return with_cones(rows, A, B, limits.cones, state_names, input_names) if limits.cones else rows
+
+
+def with_cones(
+    rows: LimitRows,
+    A: Array,
+    B: Array,
+    limits: tuple[ConeLimit, ...],
+    state_names: tuple[str, ...],
+    input_names: tuple[str, ...],
+) -> LimitRows:
+    """The rows with those of cones behind them, of inputs or of states of the next stage."""
+    cones, of_states, of_inputs = stage_cones(limits, state_names, input_names, rows.count)
+    own = {name: (low, high) for name, low, high in zip(rows.names, rows.low, rows.high, strict=True)}
+    ends: list[tuple[float, float]] = []
+    for limit, cone in zip(limits, cones, strict=True):
+        low, high = own.get(limit.axial, (-np.inf, np.inf))
+        radius = cone.slope * high + cone.offset if limit.axial else cone.offset
+        ends += [(value - radius, value + radius) for value in cone.centre]
+        ends += [(max(low, -cone.offset / cone.slope), high)] if limit.axial else []
+    low, high = np.array(ends).T
+    return LimitRows(
+        np.vstack([rows.F, of_states @ A]),
+        np.vstack([rows.E, of_states @ B + of_inputs]),
+        np.r_[rows.low, low],
+        np.r_[rows.high, high],
+        np.r_[rows.softness, np.zeros(len(low))],
+        rows.names + tuple(cone.name for cone in cones for _ in cone.rows),
+        cones,
+    )
 
 
 def output_labels(limits: MpcLimits, count: int) -> tuple[str, ...]:

@@ -112,6 +112,9 @@ def _loop_along(exact: ExactMpc, direction: Array, index: int, base: Array) -> t
     if problem.rows.has_rates:
         allowed[-nu:] = OF_RATES * top
     largest = float((ratios / allowed).max(initial=0.0))
+    for cone in problem.rows.cones:
+        over = float(cone.ratio(lqr.reshape(problem.horizon, -1)).max())
+        largest = max(largest, over / (top if cone.inputs else min(top, OF_STATES)))
     if not 0 < largest < np.inf:
         return None
     for share in SMALLER:
@@ -144,4 +147,7 @@ def _active_share(exact: ExactMpc, states: Array, moves: Array) -> float:
     rows = exact.problem.rows
     y = states @ rows.F.T + moves @ rows.E.T
     near = 1e-7 * (1 + np.abs(y))
-    return float(((y >= rows.high - near) | (y <= rows.low + near)).any(axis=-1).mean())
+    acts = ((y >= rows.high - near) | (y <= rows.low + near)).any(axis=-1)
+    for cone in rows.cones:
+        acts |= cone.excess(y) >= -near[..., list(cone.rows)].max(axis=-1)
+    return float(acts.mean())

@@ -54,7 +54,8 @@ class LinearMpc:
 
     def __repr__(self) -> str:
         nx, nu = self.B.shape
-        return f"<LinearMpc: {nx} states, {nu} inputs, horizon {self.horizon}, limits on {', '.join(self.rows.names)}>"
+        limits = ", ".join(dict.fromkeys(self.rows.names))
+        return f"<LinearMpc: {nx} states, {nu} inputs, horizon {self.horizon}, limits on {limits}>"
 
     @property
     def low(self) -> Array:
@@ -200,6 +201,11 @@ def _with_rates(problem: LinearMpc, limits: Pair, input_names: tuple[str, ...]) 
     names = tuple(RATE + name for name in input_names)
     low, high = bounds("MpcLimits(rates=...)", limits, names)
     old, wide = problem.rows, np.zeros((problem.rows.count, nu))
+    if any(cone.inputs for cone in old.cones):
+        raise ValueError(
+            "`MpcLimits(rates=..., cones=...)` must not have both limits of changes and cones of inputs, as a command "
+            "is moved into one of them only. Leave out one."
+        )
     rows = LimitRows(
         np.block([[old.F, wide], [np.zeros((nu, nx)), -np.eye(nu)]]),
         np.vstack([old.E, np.eye(nu)]),
@@ -207,6 +213,7 @@ def _with_rates(problem: LinearMpc, limits: Pair, input_names: tuple[str, ...]) 
         np.r_[old.high, high],
         np.r_[old.softness, np.zeros(nu)],
         old.names + names,
+        old.cones,
     )
     corner = np.zeros((nu, nu))
     return LinearMpc(

@@ -25,6 +25,7 @@ from workbench.core.validation.refusals import Array, matrix, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.array_doors import finite_vector
+from workbench.planning.linear_mpc.cone_limits import nearest
 from workbench.planning.linear_mpc.exact_solution import ExactMpc
 from workbench.planning.linear_mpc.infeasibility import MpcConflictError
 from workbench.planning.linear_mpc.splitting import SplittingNumbers, no_memory, solve_period
@@ -108,7 +109,17 @@ def plan_gap(exact: ExactMpc, x: Numbers, multipliers: Numbers) -> tuple[float, 
 
     The upper bound is the cost of the multipliers' plan with its inputs clipped to their limits; it is infinite where
     this plan breaks a hard limit. Rounding is not enclosed.
+
+    Raises
+    ------
+    ValueError
+        If x or the multipliers have another size, or a limit is a cone.
     """
+    if exact.problem.rows.cones:
+        raise ValueError(
+            "`plan_gap(exact, ...)` must be for limits without cones, as it sums over bounds of rows. Take the "
+            "certificate of `exact.solve(x)`."
+        )
     problem, maps = exact.problem, exact.maps
     x = finite_vector("plan_gap(x=...)", x, len(problem.A), "states")
     multipliers = finite_vector("plan_gap(multipliers=...)", multipliers, len(problem.low), "multipliers")
@@ -215,7 +226,7 @@ def _cost(exact: ExactMpc, x: Array, u: Array) -> Array:
 def _over(exact: ExactMpc, x: Array, u: Array) -> Array:
     rows = exact.problem.rows
     y = x @ rows.F.T + u @ rows.E.T
-    return np.maximum(np.maximum(y - rows.high, rows.low - y), 0.0)
+    return np.abs(y - nearest(rows.cones, rows.count, y, rows.low, rows.high))
 
 
 def _violation(exact: ExactMpc, x: Array, u: Array) -> Array:

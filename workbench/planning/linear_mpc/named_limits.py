@@ -11,6 +11,7 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, known_name, refusal
 from workbench.design.control_system import System
 from workbench.design.matrices import definite, semidefinite
+from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.limit_rows import RATE, MpcLimits, Pair, bounds
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
@@ -28,7 +29,20 @@ def signal_names(system: System, Q: Numbers, R: Numbers) -> Names:
 
 
 def refuse_rest(problem: LinearMpc) -> None:
-    """Refuse limits that exclude the rest, about which the law plans."""
+    """Refuse limits that exclude the rest, about which the law plans, and inputs that cannot be moved into a cone."""
+    for cone in problem.rows.cones:
+        beyond = float(np.linalg.norm(cone.centre)) - cone.offset
+        if not beyond < 0:
+            raise ValueError(
+                f"`predictive_design(cones=...)` must leave the rest of the plant inside; it lies {beyond:.4g} outside "
+                f"of the {cone.name}. Take another rest, or widen the cone."
+            )
+        for i, value in zip(cone.inputs, cone.centre, strict=False):
+            if not problem.rows.low[i] <= value <= problem.rows.high[i]:
+                raise ValueError(
+                    f"`predictive_design(limits=..., cones=...)` must have the axis of the {cone.name} within the "
+                    f"limits of '{problem.rows.names[i]}', so that inputs can be drawn to it. Widen these limits."
+                )
     for name, low, high in zip(problem.rows.names, problem.rows.low, problem.rows.high, strict=True):
         if not low <= 0.0 <= high:
             limits = "rate_limits" if name.startswith(RATE) else "limits"
@@ -44,12 +58,18 @@ def named_limits(
     limits: Mapping[str, Pair],
     rate_limits: Mapping[str, Pair],
     soft_weight: Numbers | None,
+    cones: tuple[ConeLimit, ...] = (),
 ) -> MpcLimits:
     """The limits of a problem from those by name."""
     states, inputs = names
     outputs = tuple(name for name in system.output_labels if name not in (*states, *inputs))
-    if not limits and not rate_limits:
+    if not limits and not rate_limits and not cones:
         raise refusal("predictive_design(limits=...)", "a limit at least, else take `lqr`", limits)
+    if rate_limits and any(name in inputs for cone in cones for name in cone.names):
+        raise ValueError(
+            "`predictive_design(rate_limits=..., cones=...)` must not limit both changes and cones of inputs, as a "
+            "command is moved into one of them only. Leave out one."
+        )
     for name in limits:
         known_name(name, (*states, *inputs, *outputs), "states, inputs and outputs of the plant")
     for name in rate_limits:
@@ -62,6 +82,7 @@ def named_limits(
         rates=_ends("rate_limits", inputs, rate_limits),
         soft_weight=soft_weight,
         output_names=limited,
+        cones=cones,
     )
 
 

@@ -12,14 +12,15 @@ from workbench.core.claim import Claim
 from workbench.core.numbers import Bounds
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import finite, whole
+from workbench.core.validation.refusals import finite, refusal, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import one_thread
+from workbench.planning.linear_mpc.cone_limits import ConeLimit
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree
 from workbench.planning.linear_mpc.dual_recursion import columns_of_sweep, recursion_numbers, tracking_gains
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
-from workbench.planning.linear_mpc.law_claims import law_claims
+from workbench.planning.linear_mpc.law_claims import filter_claims, law_claims
 from workbench.planning.linear_mpc.limit_rows import NO_LIMIT, Pair
 from workbench.planning.linear_mpc.limit_sample import limit_samples
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
@@ -28,6 +29,7 @@ from workbench.planning.linear_mpc.offset_design import OutputPoint, offset_desi
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 from workbench.planning.linear_mpc.sweep_choice import SweepEvidence, choose_sweeps, method_in_words
+from workbench.planning.linear_mpc.terminal_ellipsoid import terminal_set
 
 RESIDUALS = 2.0  # times the largest residual of the sample: a run beyond it is one that the sample does not judge
 ROUNDING = 1e-6
@@ -71,7 +73,7 @@ class PredictiveDesign:
         method = method_in_words(self.numbers)
         return (
             f"<PredictiveDesign: {self.problem.horizon} stages of {self.period:g} s, limits on "
-            f"{', '.join(self.problem.rows.names)}, {self.numbers.sweeps} {method}, "
+            f"{', '.join(dict.fromkeys(self.problem.rows.names))}, {self.numbers.sweeps} {method}, "
             f"error {self.evidence.largest_error:.1g}, in other loops {self.evidence.other_error:.1g} (sampled, not "
             "proved)>"
         )
@@ -114,10 +116,22 @@ class PredictiveDesign:
             "gains": gains[0],
             "inverses": gains[1],
             "rates": numbers.rates,
+            "cones": self.problem.rows.cones,
             "residual_bounds": Bounds(high=RESIDUALS * self.evidence.largest_residual + ROUNDING),
             "target": None if self.offset is None else self.offset.target,
             "y0": None if self.outputs is None else self.outputs.y0,
         }
+
+    @property
+    def filter_arguments(self) -> Mapping[str, object]:
+        """The terminal ellipsoid, for `SafetyFilter`; a DesignError where the problem has none."""
+        ends = terminal_set(self.problem)
+        return {"P": ends.P, "level": ends.level}
+
+    @property
+    def filter_claims(self) -> tuple[Claim, ...]:
+        """The claims on a `SafetyFilter` of this design, with hypotheses; a DesignError as `filter_arguments`."""
+        return filter_claims(terminal_set(self.problem))
 
     @property
     def observer_arguments(self) -> Mapping[str, object]:
@@ -153,6 +167,7 @@ def predictive_design(
     *,
     limits: Mapping[str, Pair],
     rate_limits: Mapping[str, Pair] | None = None,
+    cones: tuple[ConeLimit, ...] = (),
     soft_weight: Numbers | None = None,
     delay: float = 0.0,
     sweeps: int | None = None,
@@ -170,10 +185,11 @@ def predictive_design(
         Of the computer and of its inputs, in s.
     Q, R, horizon
         Weights of a period, (nx, nx) semidefinite and (nu, nu) positive definite, and the number of stages.
-    limits, rate_limits
-        Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period.
+    limits, rate_limits, cones
+        Pairs (low, high) of states, else outputs, and inputs by name; and of the change of an input in a period; and
+        hard limits |lateral - centre| <= slope axial + offset of inputs, or of states.
     soft_weight
-        The weight w of a violation s of a limit of a state or an output, w s^2. By default these limits are hard.
+        Weight w of a violation s of a limit of a state or an output, w s^2; by default these limits are hard.
     sweeps, modes, accuracy
         The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
         `accuracy` in spans of an input along a sample of closed loops of the exact law, and in the cost of these loops
@@ -195,13 +211,11 @@ def predictive_design(
     (3, True)
     """
     names = signal_names(system, Q, R)
-    ends = named_limits(system, names, limits, rate_limits or {}, soft_weight)
-    problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
-    refuse_rest(problem)
+    ends = named_limits(system, names, limits, rate_limits or {}, soft_weight, cones)
+    refuse_rest(problem := sampled_mpc(system, period, Q, R, horizon, ends, delay=delay))
     follows = offset_design(system, problem, float(period), float(delay), offset_free) if offset_free else (None, None)
-    numbers, evidence = _sweeps(problem, len(names[0]), accuracy, sweeps, modes)
-    claims = law_claims(problem, numbers, evidence)
-    return PredictiveDesign(*names, float(period), problem, numbers, evidence, claims, *follows)
+    chosen = _sweeps(problem, len(names[0]), accuracy, sweeps, modes)
+    return PredictiveDesign(*names, float(period), problem, *chosen, law_claims(problem, *chosen), *follows)
 
 
 def _sweeps(
@@ -211,6 +225,8 @@ def _sweeps(
     wanted = finite("predictive_design(accuracy=...)", accuracy, low=1e-9, high=0.5)
     count = None if sweeps is None else whole("predictive_design(sweeps=...)", sweeps, 1, 10_000, " of sweeps")
     exact = exact_mpc(problem)
+    if modes is not None and problem.rows.cones:
+        raise refusal("predictive_design(modes=...)", "left out where a limit is a cone, which takes ADMM", modes)
     if modes is not None:
         modes = whole("predictive_design(modes=...)", modes, 0, min(MOST_MODES, len(exact.numbers.low)), " of modes")
     return choose_sweeps(exact, limit_samples(exact, plant_states), wanted, count, modes)

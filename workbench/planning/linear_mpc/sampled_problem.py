@@ -22,6 +22,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, matrix, semidefinite
 from workbench.design.riccati.regulators import is_system
+from workbench.planning.linear_mpc.cone_limits import cone_about
 from workbench.planning.linear_mpc.limit_rows import MpcLimits, bounds, output_labels
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 
@@ -116,4 +117,6 @@ def _about_rest(
         C = matrix("MpcLimits(outputs=...)", "C", outputs[0], columns=len(x0))
         low, high = bounds("MpcLimits(outputs=...)", outputs[1], output_labels(limits, len(C)))
         outputs = C, (low - C @ x0, high - C @ x0)
-    return replace(limits, inputs=inputs, states=states, outputs=outputs)
+    values = dict(zip((*names[0], *names[1]), (*x0.tolist(), *u0.tolist()), strict=True))
+    cones = tuple(cone_about(cone, values) for cone in limits.cones)
+    return replace(limits, inputs=inputs, states=states, outputs=outputs, cones=cones)

@@ -49,6 +49,7 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.planning.linear_mpc.array_doors import finite_batch
+from workbench.planning.linear_mpc.cone_limits import StageCone, is_beyond, keep_inputs, nearest
 
 METRIC, ADMM = METHODS = ("metric", "admm")
 
@@ -85,6 +86,8 @@ class SplittingNumbers:
         True if D is regular, so that this factor holds for every active set (`splitting_metric`).
     rates
         True if the last nu rows limit the changes of the inputs, and the last nu states are the inputs before.
+    cones
+        The cones among the rows of a stage, for ADMM alone: v is then the nearest point within box and cones.
     """
 
     A: Array
@@ -104,6 +107,7 @@ class SplittingNumbers:
     contraction: float
     is_proved: bool
     rates: bool = False
+    cones: tuple[StageCone, ...] = ()
 
     @property
     def rows_of_stage(self) -> int:
@@ -146,7 +150,17 @@ def solve_period(
     """The law's answer at a state x (..., nx), from the memory of the period before, about a target or zero.
 
     The target is a state (..., nx) and an input (..., nu) at which the model rests; x and the bounds stay absolute.
+
+    Raises
+    ------
+    ValueError
+        If an argument is no finite number of its shape, or the numbers are those of a metric for a problem with cones.
     """
+    if numbers.cones and numbers.method != ADMM:
+        raise ValueError(
+            "`solve_period(numbers, ...)` needs the numbers of ADMM for limits that are cones, as a metric knows boxes "
+            "alone. Take those of `predictive_design(cones=...)` or `tune_splitting`."
+        )
     x = finite_batch("solve_period(x=...)", x, len(numbers.A), "states")
     memory = finite_batch("solve_period(memory=...)", memory, len(numbers.low), "numbers")
     count = numbers.sweeps if sweeps is None else whole("solve_period(sweeps=...)", sweeps, 0)
@@ -158,12 +172,13 @@ def solve_period(
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
     lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
-    is_outside = np.asarray(((lqr < numbers.low) | (lqr > numbers.high)).any(axis=-1))
+    is_outside = is_beyond(numbers.cones, numbers.rows_of_stage, lqr, numbers.low, numbers.high)
     zeta = np.where(is_outside[..., None], zeta, lqr)  # within all limits the LQR answer is the optimum
     for _ in range(count):
         zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
+    u = keep_inputs(numbers.cones, u, numbers.low[:nu], numbers.high[:nu])
     if numbers.rates:
         u = np.clip(u, x[..., -nu:] + numbers.low[-nu:], x[..., -nu:] + numbers.high[-nu:])
     after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
@@ -173,7 +188,7 @@ def solve_period(
 
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
     """One sweep: the next zeta (..., M), and the residual (...,) of the zeta that came, in spans."""
-    v = np.clip(zeta, numbers.low, numbers.high)
+    v = nearest(numbers.cones, numbers.rows_of_stage, zeta, numbers.low, numbers.high)
     if numbers.method == ADMM:
         gap = lqr - v - (lqr - v + zeta - v) @ numbers.matrix.T
         return zeta + numbers.cap * gap, _in_spans(numbers, gap)

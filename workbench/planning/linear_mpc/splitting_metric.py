@@ -85,8 +85,7 @@ def splitting_numbers(
     (3, True)
     """
     accuracy = finite("splitting_numbers(accuracy=...)", accuracy, low=1e-12, high=0.5)
-    maps = prediction_maps(problem)
-    D = dual_matrix(problem, maps)
+    D = dual_matrix(problem, maps := prediction_maps(problem))
     if modes is not None:
         modes = whole("splitting_numbers(modes=...)", modes, 0, len(D), " of modes")
     if sweeps is not None:
@@ -111,6 +110,7 @@ def splitting_numbers(
         metric.contraction,
         metric.is_proved,
         problem.rows.has_rates,
+        problem.rows.cones,
     )
 
 

@@ -116,9 +116,10 @@ def move_error(numbers: SplittingNumbers, states: Array, moves: Array, warm: boo
 
 def _candidates(exact: ExactMpc) -> Iterator[tuple[str, SplittingNumbers]]:
     own = exact.numbers
-    yield f"{len(own.L)} modes", own
+    if not own.cones:
+        yield f"{len(own.L)} modes", own
     for modes in MODES:
-        if modes <= len(own.low):
+        if modes <= len(own.low) and not own.cones:
             yield f"{modes} modes", splitting_numbers(exact.problem, sweeps=1, modes=modes)
     for penalty in PENALTIES:
         others = OTHER_PENALTIES if exact.problem.rows.count > exact.problem.B.shape[1] else (1.0,)
@@ -132,6 +133,8 @@ def admm_numbers(exact: ExactMpc, penalty: float, other: float) -> SplittingNumb
     nu, nc = problem.B.shape[1], problem.rows.count
     stage = np.diag(D).reshape(problem.horizon, nc).max(axis=0) / other
     stage[:nu] = np.diag(np.linalg.inv(problem.R)) / penalty
+    for cone in problem.rows.cones:  # one penalty for a cone, so that the nearest point is that of `cone_limits`
+        stage[list(cone.rows)] = stage[list(cone.rows)].max()
     sigma = np.tile(stage, problem.horizon)
     G = np.linalg.solve(np.eye(len(D)) + D / sigma, D / sigma)
     none = np.zeros((len(D), 0)), np.zeros(0)

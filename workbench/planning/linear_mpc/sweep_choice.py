@@ -2,11 +2,14 @@ r"""The method, its penalties or modes, and the number of sweeps of a law, deriv
 
 The spectrum of D bounds a sweep once the active rows are right, and says nothing of how long it takes to find them. So
 each candidate runs along a sample of closed loops of the exact law with starts and steps. It has its own memory, and in
-the first period the sweeps of any other. Candidates are metrics with several numbers of modes, and ADMM with several penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend
-on each other. They are tried in the order of their operations, and ADMM behind all metrics where limits are on inputs
-alone: a metric leaves out the stages at which nothing acts. The first whose largest error of a move is within the
-accuracy is taken, if its own loops cost no more than that share above those of the exact law, there and in a second
-sample that no candidate was chosen by. What it errs by in that one stands in the evidence. This is sampled, not proved.
+the first period the sweeps of any other. Candidates are metrics with several numbers of modes, and ADMM with several
+penalties where metrics fail: with hard limits on states, or on inputs and their changes, rows depend on each other.
+They are tried in the order of their operations, and ADMM behind all metrics where limits are on inputs alone: a metric
+leaves out the stages at which nothing acts. The first whose largest error of a move is within the accuracy is taken, if
+its own loops cost no more than that share above those of the exact law, there and in a second sample that no candidate
+was chosen by. What it errs by in that one stands in the evidence. With cones, whose candidates are all of ADMM, it is
+the best of those with as many operations: their penalties decide how soon the copies of an input in its limits and in
+its cone agree. This is sampled, not proved.
 """
 
 from __future__ import annotations
@@ -31,6 +34,7 @@ from workbench.planning.linear_mpc.splitting_tuning import admm_numbers
 SWEEPS = (3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 60, 100)
 MODES = (0, 1, 2, 3, 4, 6, 8)
 PENALTIES, OTHER_PENALTIES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0), (0.3, 3.0, 30.0, 300.0, 3000.0)
+OF_CONES = (0.1,)  # one more penalty of other rows
 LARGEST = 1e6  # spans: a candidate that errs by more is lost
 
 
@@ -109,12 +113,17 @@ def choose_sweeps(
         for one in (replace(numbers, sweeps=sweeps) for sweeps in (SWEEPS if count is None else (count,)))
     ]
     least: tuple[float, SplittingNumbers] = (np.inf, exact.numbers)
-    for done, (*_, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:3])):
+    passed: tuple[float, int, SplittingNumbers] | None = None
+    for done, (_, work, _, numbers) in enumerate(sorted(trials, key=lambda trial: trial[:3])):
+        if passed is not None and (work > passed[1] or not exact.numbers.cones):
+            return passed[2], evidence(exact, passed[2], samples, accuracy, done - 1)
         largest = float(errors_along(numbers, sample, stop=max(accuracy, min(least[0], 1.0)))[0].max())
         if largest <= accuracy and count is None and _costs_little(exact, numbers, samples, accuracy):
-            return numbers, evidence(exact, numbers, samples, accuracy, done)
+            passed = (largest, work, numbers) if passed is None or largest < passed[0] else passed
         if largest < least[0]:
             least = largest, numbers
+    if passed is not None:
+        return passed[2], evidence(exact, passed[2], samples, accuracy, len(trials))
     if count is not None:
         return least[1], evidence(exact, least[1], samples, accuracy, len(trials))
     raise DesignError(
@@ -235,11 +244,13 @@ def _candidates(exact: ExactMpc, only: int | None) -> Iterator[SplittingNumbers]
         yield splitting_numbers(exact.problem, sweeps=1, modes=only)
         return
     own, nu = exact.numbers, exact.problem.B.shape[1]
-    yield own
+    if not own.cones:  # of which a metric knows nothing
+        yield own
     for modes in MODES:
-        if modes <= len(own.low):
+        if modes <= len(own.low) and not own.cones:
             yield splitting_numbers(exact.problem, sweeps=1, modes=modes)
-    others = OTHER_PENALTIES if exact.problem.rows.count > nu else (1.0,)
+    others: tuple[float, ...] = OTHER_PENALTIES if exact.problem.rows.count > nu else (1.0,)
+    others = OF_CONES + others if own.cones else others
     for penalty in PENALTIES:
         for other in others:
             yield admm_numbers(exact, penalty, other)

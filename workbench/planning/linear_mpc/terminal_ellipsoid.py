@@ -4,6 +4,8 @@ In E = {x'P x <= level} the LQR law keeps every limit, so that E is invariant an
 
     level = min over rows (bound / |P^-1/2 h|)^2,   h = F - E K.
 
+A cone has offset - |centre| in the place of the bound, and |L P^-1/2| + slope |P^-1/2 h_a| of its rows L and h_a.
+
 **Theorem** (Limon, Alamo, Salas and Camacho 2006, theorem 3, IEEE TAC 51; Rawlings, Mayne and Diehl 2017, section 2.6).
 Let the limits hold 0 inside, Q be positive definite, P - (A - B K)'P (A - B K) >= Q + K'R K, and
 
@@ -29,6 +31,7 @@ from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.array_doors import finite_vector
+from workbench.planning.linear_mpc.cone_limits import StageCone
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, regulator
 
 SHRUNK = 1 - 1e-9  # of the level, for rounding
@@ -134,7 +137,24 @@ def _level(problem: LinearMpc, K: Array, P: Array) -> tuple[float, str]:
             )
         if size > 0 and (bound / size) ** 2 < best:
             best, limit = (bound / size) ** 2, name
+    for cone in rows.cones:
+        size, margin = _cone_reach(cone, reach, P)
+        if size > 0 and (margin / size) ** 2 < best:
+            best, limit = (margin / size) ** 2, cone.name
     return best * SHRUNK, limit
+
+
+def _cone_reach(cone: StageCone, reach: Array, P: Array) -> tuple[float, float]:
+    """A bound of |l| - slope a over x'P x <= 1 for rows reach (nc, nx), and the margin of the cone at 0."""
+    margin = cone.offset - float(np.linalg.norm(cone.centre))
+    if not margin > 0:
+        raise DesignError(
+            f"`terminal_set(problem)`: the {cone.name} must hold 0 inside, as the law rests there; 0 is {-margin:g} "
+            "outside. Move the rest, or widen the cone."
+        )
+    half = np.linalg.solve(np.linalg.cholesky(P), reach.T)
+    along = 0.0 if cone.axial is None else float(np.linalg.norm(half[:, cone.axial]))
+    return float(np.linalg.norm(half[:, list(cone.lateral)], 2)) + cone.slope * along, margin
 
 
 def _falls(loop: Array, P: Array) -> bool:
