@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core.field_help import with_parameters
 from workbench.core.layout import Entry, Layout
-from workbench.core.numbers import Bounds, Quantity, fit_shape
+from workbench.core.numbers import Bounds, Quantity, fit_shape, shown_numbers
 from workbench.core.units import ANY, checked_unit, fill_unit
 from workbench.core.validation.notebook_display import cell, show, table_to_html
 from workbench.core.validation.refusals import numbers, one_of, refusal, with_article
@@ -281,8 +281,7 @@ def _check_quantities(owner: DataclassInstance) -> None:
         if not quantity.bounds.allow(value).all():
             unit = unit_of_quantity(owner, quantity)
             unit = f" [{unit}]" if unit and ANY not in unit else ""
-            shown = f"{float(value):g}" if value.ndim == 0 else " ".join(np.array2string(value, separator=", ").split())
-            raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown}.")
+            raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown_numbers(value)}.")
 
 
 def _sizes(owner: object) -> dict[str, int]:

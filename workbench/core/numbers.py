@@ -7,11 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, refusal
+from workbench.core.validation.refusals import Array, describe, refusal
 from workbench.core.validation.signatures import check_arguments
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
 LONGEST = 1_000_000  # entries of one axis of a number
+MOST_SHOWN = 12  # numbers of an array in a message
 
 
 @dataclass(frozen=True)
@@ -121,3 +122,14 @@ def fit_shape(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, i
         each = (f"{axis} = {sizes[axis]}" if axis in sizes and not axis.isdigit() else axis for axis in axes)
         want = f"an array of shape ({', '.join(each)})" if axes else "a single number"
     raise ValueError(f"`{call}` must be {want}; got shape {value.shape}.")
+
+
+def shown_numbers(value: Array) -> str:
+    """The numbers of a value for a message, or its shape and range where they are too many for a sentence."""
+    if value.ndim == 0:
+        return f"{float(value):g}"
+    if value.size <= MOST_SHOWN:
+        return " ".join(np.array2string(value, separator=", ").split())
+    wrong = int((~np.isfinite(value)).sum())
+    what = f"{wrong} of them not finite" if wrong else f"from {value.min():g} to {value.max():g}"
+    return f"{describe(value)} with numbers {what}"
