@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
+from studies.b4_handover.thousands import in_thousands
 
-WORK = "safety filter"
+WORK = "safety_filter"
 STAGES = (4, 8, 16, 32, 64)
 PERIOD, PERIODS = 0.05, 60  # s
 AMPLITUDE = 2.0  # m, of the positions that are followed
@@ -99,12 +100,20 @@ def filter_table(results: wb.Results) -> wb.document.ReportTable:
         Column("sweeps", align="right"),
         Column("changed commands", "%", "right", digits=2),
         Column("largest signal over its limit", "%", "right", digits=5),
-        Column("instructions: mean", align="right", digits=4),
-        Column("instructions: at most", align="right", digits=4),
+        Column("instructions: mean", "thousands", "right", digits=3),
+        Column("instructions: at most", "thousands", "right", digits=3),
         Column("state of the law with its arrays", "bytes", "right"),
     )
     rows = tuple(
-        (stages, one.sweeps, 100 * one.interventions, 100 * one.largest, one.mean, one.most, one.room)
+        (
+            stages,
+            one.sweeps,
+            100 * one.interventions,
+            100 * one.largest,
+            in_thousands(one.mean),
+            in_thousands(one.most),
+            one.room,
+        )
         for stages, one in zip(STAGES, results.work(WORK), strict=True)
     )
     note = (

@@ -6,6 +6,7 @@ import workbench as wb
 from studies.b4_handover.filter_law import filter_table
 from studies.b4_handover.predictive_laws import PENALTIES, PERIODS, WORK, PredictiveCount, SolverCount, predictive_keys
 from studies.b4_handover.predictive_problems import IDLE, IDLE_SHARE, PUSHED, problems
+from studies.b4_handover.thousands import in_thousands
 
 Column = wb.document.TableColumn
 PUBLISHED = {  # us an iteration: TinyMPC and OSQP as a safety filter, and TinyMPC as the law of a rocket
@@ -93,12 +94,6 @@ def osqp_table(results: wb.Results) -> wb.document.ReportTable:
 def _both(count: SolverCount | None) -> tuple[float | int | None, float | int | None]:
     """The mean and the largest count, in thousands."""
     return (in_thousands(count.mean), in_thousands(count.most)) if count else (None, None)
-
-
-def in_thousands(count: float) -> float | int:
-    """A count in thousands to three digits, whole from a hundred thousand on."""
-    value = float(f"{count / 1000:.3g}")
-    return value if value < 100 else round(value)
 
 
 def error_table(results: wb.Results) -> wb.document.ReportTable:

@@ -21,7 +21,6 @@ def calls() -> dict[str, Any]:
     markups = {"latex": latex.emit, "text": text.emit, "mathml": mathml.emit, "typst_math": typst_math.emit}
     return {
         "Sum": partial(Sum, (x, one)),
-        "Quotient": partial(formula.Quotient, x, two),
         "Call": partial(formula.Call, "sin", (x,)),
         "Cases": partial(formula.Cases, ((x, Relation(x, "<", two)),), one),
         "Matrix": partial(Matrix, ((x, one), (two, total))),

@@ -109,7 +109,7 @@ def within_limits(law: RowLimits, y: ca.SX) -> ca.SX:
 def passes_limits(law: RowLimits, y: ca.SX) -> ca.SX:
     """1 if a row of y (nc, 1) passes a limit, or lies outside of a cone."""
     rows = ca.vertsplit(ca.logic_or(y < law.low, y > law.high))
-    return reduce(ca.logic_or, (*rows, *(cone.is_passed(y) for cone in law.cones)))
+    return ca.SX(reduce(ca.logic_or, (*rows, *(cone.is_passed(y) for cone in law.cones))))
 
 
 def inputs_within_limits(law: RowLimits, v: ca.SX) -> ca.SX:

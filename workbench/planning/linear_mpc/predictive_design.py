@@ -191,9 +191,8 @@ def predictive_design(
     soft_weight
         Weight w of a violation s of a limit of a state or an output, w s^2; by default these limits are hard.
     sweeps, modes, accuracy
-        The numbers of sweeps and of kept modes of the metric; by default the cheapest, or ADMM, that errs by at most
-        `accuracy` in spans of an input along a sample of closed loops of the exact law, and in the cost of these loops
-        and of others: not proved.
+        Numbers of sweeps and of kept modes; by default the cheapest metric, or ADMM, that errs by at most `accuracy`
+        spans of an input along a sample of loops of the exact law, and in the cost of these and others: not proved.
     offset_free
         Names of outputs that reach references under a constant disturbance or a wrong gain, by `OffsetFreeObserver`.
 
