@@ -48,7 +48,7 @@ def run_step(
     march, n = march_of(job, engine), step.states.size
     watched = job if stride == 1 else replace(job, step=with_watch(step))  # where all are kept, they tell themselves
     x = np.empty((len(x_rows), kept + 1, watched.step.states.size))
-    x[:, 0] = np.hstack([x_rows, np.tile(watched.step.states.default[n:], (len(x_rows), 1))])
+    x[:, 0, :n], x[:, 0, n:] = x_rows, watched.step.states.default[n:]
     march(watched, x, tell)
     divergence = find_divergence(watched, x, march)
     t = np.asarray(np.arange(kept + 1) * stride * step.h)
