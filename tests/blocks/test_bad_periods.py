@@ -99,6 +99,7 @@ def test_the_next_inputs_of_the_last_good_plan_are_sent_and_then_the_safe_comman
     assert "'controller.bad_periods' of 'loop' passes its bound of 0 at" in "".join(run.warnings)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", LAWS)
 def test_a_lost_reading_costs_less_with_the_last_good_plan_than_with_the_safe_command(kind):
     costs = []
@@ -134,6 +135,7 @@ def test_a_period_of_too_few_sweeps_does_what_is_declared(kind, fallback):
     assert any("'controller.bad_periods' of 'loop' passes its bound of 0" in text for text in run.warnings)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize("fallback", FORMS)
 def test_a_fallback_that_is_not_needed_changes_no_bit(kind, fallback):

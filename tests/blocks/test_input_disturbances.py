@@ -26,6 +26,7 @@ def run_of(model, states, until, delay=0.0, **options):
     return wb.simulate(loop.digital(PERIOD, delay=bool(delay)).step(2), until=until)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("options", [{}, {"delay": PERIOD, "rate_limits": {"F": (-2.0, 2.0)}}], ids=["plain", "late"])
 def test_a_constant_force_leaves_no_offset(options):
     run = run_of(wb.InputDisturbances(wb.CartPole()), 5, 20.0, **options)
@@ -34,8 +35,9 @@ def test_a_constant_force_leaves_no_offset(options):
     assert end["observer.d_F_hat"] == pytest.approx(-0.8, abs=1e-5)
 
 
+@pytest.mark.heavy
 def test_a_law_that_knows_no_disturbance_leaves_an_offset():
-    run = run_of(wb.CartPole(), 4, 20.0)
+    run = run_of(wb.CartPole(), 4, 6.0)
     assert abs(run.x[0, -1, 0] - 0.3) > 0.02
 
 

@@ -33,6 +33,7 @@ def readings(run):
     return np.stack([run[name][0].ravel() for name in STATES], axis=1), run["F"][0].ravel()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "options",
     [
@@ -85,6 +86,7 @@ def test_the_law_records_the_plan_that_it_follows():
     assert ahead.max() < 2e-3  # m after five periods: the plan knows the linearised plant at angles of 0.05
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("options", [{}, {"also": {"phi": (-0.1, 0.21)}}, {"rate_limits": {"F": (-0.8, 0.8)}}])
 def test_where_no_limit_acts_the_law_is_lqr(options):
     design = cart_design(**options)
@@ -94,6 +96,7 @@ def test_where_no_limit_acts_the_law_is_lqr(options):
     np.testing.assert_allclose(forces[:-1], linear[:-1], rtol=0, atol=1e-9)  # as the issue of the law asks
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "options",
     [{"horizon": 20}, {"horizon": 5, "sweeps": 2, "also": {"phi": (-0.1, 0.21)}}],
@@ -140,6 +143,7 @@ def test_a_law_at_rest_on_its_limit_is_refused_by_name():
         wb.linear_loop(wb.DigitalLoop(loop, 0.05), values={"plant.omega": rest.x[0], "plant.i": rest.x[1]})
 
 
+@pytest.mark.heavy
 def test_more_sweeps_come_nearer_to_the_exact_law():
     errors = []
     for sweeps in (1, 3, 30):

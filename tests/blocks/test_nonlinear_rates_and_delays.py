@@ -106,6 +106,7 @@ def drawn_sweeps(seed, nx, nu, count, limit):
     return np.array(mine).T, np.array(exact).reshape(stages, nu), float(residual), (before, change)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("limit", "least"), [(NONE, 22), (1.0, 14)], ids=["changes", "changes and inputs"])
 def test_sweeps_that_settle_end_at_the_solution_of_daqp_and_all_keep_the_limits(limit, least):
     settled = acting = 0
@@ -128,6 +129,7 @@ def mass_and_rest():
     return plant, wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(2), at_rest=True)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "how", [{"rate_limits": {"a": (-0.3, 0.4)}}, {"delay": 0.2}, {"delay": 0.1, "rate_limits": {"a": (-0.3, 0.4)}}]
 )

@@ -62,6 +62,7 @@ SPEED = wb.ConeLimit(("v[0]", "v[1]", "v[2]"), offset=2.8)
 GLIDE = wb.ConeLimit(("p[0]", "p[1]"), "p[2]", slope=1.0, offset=0.2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("cones", [(THRUST,), (THRUST, SPEED), (GLIDE,)], ids=["thrust", "thrust, speed", "glide"])
 def test_the_law_in_a_loop_is_the_splitting_in_numpy(cones):
     one = design(*cones)

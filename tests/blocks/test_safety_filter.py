@@ -64,6 +64,7 @@ def test_a_safe_command_passes_bit_for_bit():
     assert set(choices(filtered)) == {NOMINAL}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("sweeps", [1, 6, 30])
 @pytest.mark.parametrize(("gain", "step"), [(8.0, 2.0), (30.0, -3.0), (-5.0, 0.5)], ids=["far", "rough", "unstable"])
 def test_no_limit_is_passed_whatever_the_law_does_and_however_many_sweeps_are_made(sweeps, gain, step):
@@ -90,6 +91,7 @@ def test_a_command_of_a_human_is_a_reference_of_the_inputs():
     assert p.max() <= 1.0 + 1e-12
 
 
+@pytest.mark.heavy
 def test_the_plan_is_that_of_a_peer_within_the_narrower_limits():
     one = design(100)
     problem, law = one.problem, wb.SafetyFilter.of(Axis(), one, nominal(), margin=0.02)

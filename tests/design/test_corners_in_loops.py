@@ -188,6 +188,7 @@ def test_rows_of_a_linear_loop_have_the_corners_within_loops():
     assert "of fmin(...) in pass 1 of 3 of a loop" in rows.reasons[2]
 
 
+@pytest.mark.heavy
 def test_the_linear_loop_of_a_nonlinear_plan_at_rest_is_that_of_lqr():
     plant = wb.CartPole()
     model = wb.linearize(wb.open_loop(plant), t=0.0, x=np.zeros(4), at_rest=True)

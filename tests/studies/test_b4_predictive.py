@@ -84,7 +84,7 @@ def test_the_safety_filter_has_the_bits_of_the_simulation_and_keeps_its_limits()
 
 
 @needs_cortex_m
-@pytest.mark.heavy
+@pytest.mark.release  # a minute and a half for the largest
 @pytest.mark.parametrize("problem", [one.name for one in problems()])
 def test_no_plan_of_64_stages_is_on_the_stack(problem):
     count = predictive_count(f"{problem}|64|{IDLE}")

@@ -28,7 +28,12 @@ CHOICES = [  # of the options of each law, but the usual ones
     if choice != field.default
 ]
 # Of choices that take other numbers than the usual one.
-NUMBERS = {"back-calculation": {"Tt": 0.1}, "frozen": {"Q": None, "R": None}, "algebraic": {"P": None}}
+NUMBERS = {
+    "back-calculation": {"Tt": 0.1},
+    "frozen": {"Q": None, "R": None},
+    "algebraic": {"P": None},
+    **{key: {"safe_command": [0.0]} for key in ("safe_command", "last_good", "cold")},
+}
 
 
 @pytest.fixture(scope="class", params=heavy_but([*LAWS, *CHOICES], *LAWS))
