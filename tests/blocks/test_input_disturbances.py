@@ -26,7 +26,7 @@ def run_of(model, states, until, delay=0.0, **options):
     return wb.simulate(loop.digital(PERIOD, delay=bool(delay)).step(2), until=until)
 
 
-@pytest.mark.heavy
+@pytest.mark.release  # half a minute each
 @pytest.mark.parametrize("options", [{}, {"delay": PERIOD, "rate_limits": {"F": (-2.0, 2.0)}}], ids=["plain", "late"])
 def test_a_constant_force_leaves_no_offset(options):
     run = run_of(wb.InputDisturbances(wb.CartPole()), 5, 20.0, **options)

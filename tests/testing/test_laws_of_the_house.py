@@ -1,6 +1,7 @@
 """Each public law of the workbench passes the tests that a law of a user's own must pass."""
 
 from dataclasses import fields, replace
+from functools import cache
 
 import pytest
 
@@ -41,6 +42,7 @@ def any_law(request):
     request.cls.example = chosen_law(*request.param.split(" "))
 
 
+@cache
 def example(name):
     """The law of the example in its docstring, or a smaller one."""
     return SMALLER.get(name) or example_of(LAWS[name])
