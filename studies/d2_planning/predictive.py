@@ -29,6 +29,8 @@ class DesignRecord:
     residual_bound: float
     largest_error: float
     rms_error: float
+    other_error: float
+    other_loops: int
     moves: int
     loops: int
     active_share: float
@@ -108,6 +110,8 @@ def design_record(problem: Problem, knobs: Knobs, training_cost: float, converge
         float(wb.ModelPredictive.of(problem.plant, design).residual_bounds.high),
         own.largest_error,
         own.rms_error,
+        own.other_error,
+        own.other_loops,
         own.moves,
         own.loops,
         own.active_share,

@@ -19,13 +19,11 @@ from studies.d2_planning import (
     settings_section,
 )
 from studies.d2_planning.certificates import PIECES, prove_conflict, published_piece
-from studies.d2_planning.choices import Item, choose, items
+from studies.d2_planning.choices import choose, items
 from studies.d2_planning.evidence import Evidence, gather
 from studies.d2_planning.laws_section import cost_section, limits_section
-from studies.d2_planning.machine import Cost
 from studies.d2_planning.motions import MOTIONS, plan_motion
 from studies.d2_planning.posed_problems import INFEASIBLE, POSED
-from studies.d2_planning.problems import PROBLEMS
 from studies.d2_planning.settings import compare_settings
 
 
@@ -38,7 +36,7 @@ def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
     evidence, arrivals, costs = gather(results), followed_section.gather(results), machine_section.gather(results)
     return wb.Page(
-        answer(evidence, arrivals, costs),
+        answer(evidence, arrivals),
         (
             followed_section.finding(arrivals),
             findings.predictive(evidence),
@@ -57,18 +55,17 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def answer(evidence: Evidence, arrivals: followed_section.Arrivals, costs: Mapping[Item, Cost]) -> str:
+def answer(evidence: Evidence, arrivals: followed_section.Arrivals) -> str:
     """The answer of the page in at most forty words."""
     least = min(arrivals.share(key, followers.ALONG).value for key in MOTIONS)
     usual, tight = (findings.orders(evidence, at, "lqr") for at in (findings.usual(), findings.tightest()))
-    ratios = [costs[Item(key, "mpc")].instructions / costs[Item(key, "lqr")].instructions for key in PROBLEMS]
-    price = f", for {min(ratios):.0f}- to {max(ratios):.0f}-fold instructions" if max(ratios) > 0 else ""
     share = "All" if least == 1 else f"At least {100 * least:.0f} % of"
     wins, losses = ([one.count(side) for one in (usual, tight)] for side in ("below", "above"))
-    told = f", loses on {losses[0]} and {losses[1]}" if any(losses) else ""
+    told = [f" and loses on {count}" if count else "" for count in losses]
     return (
-        f"{share} loops arrive with gains along the plan and numbers within {100 * followers.USUAL:g} %. MPC beats "
-        f"clipped LQR on {wins[0]} of {len(usual)} plants at usual limits and {wins[1]} at the tightest{told}{price}."
+        f"{share} loops arrive with gains along the plan and numbers within {100 * followers.USUAL:g} %. At usual "
+        f"limits MPC beats clipped LQR on {wins[0]} of {len(usual)} plants{told[0]}; at the tightest it wins on "
+        f"{wins[1]}{told[1]}."
     )
 
 
