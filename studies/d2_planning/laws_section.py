@@ -105,9 +105,9 @@ def derived_table(evidence: Evidence) -> wb.document.ReportTable:
         f"Level: of the limits at which the law was tuned. Error: the largest in {moves} of the exact law, with limits "
         "active in the stated share of the periods. It is sampled, not proved. The design takes the cheapest candidate "
         f"whose error is at most 0.01, and whose cost in these loops and in {others} others is within 1 % of the exact "
-        "law's. In others: the largest error along those, by which it was not chosen. A run whose residual passes the bound, twice "
-        "the largest of the sample, is "
-        f"beyond what the design has judged. The last two columns are costs of the chosen weights in the same training "
+        "law's. In others: the largest error along those, by which it was not chosen. A run whose residual passes the "
+        "bound, twice the largest of the sample, is beyond what the design has judged. The last two columns are costs "
+        "of the chosen weights in the same training "
         f"runs, with the derived sweeps and with {MANY_SWEEPS}.",
     )
     caption = "What the designs of the predictive laws derive, and the cost with more sweeps."
